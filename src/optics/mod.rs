@@ -1,0 +1,21 @@
+//! What droplets are made of and how they scatter: materials, size distributions, size bins, phase tables.
+
+pub mod distribution;
+pub mod material;
+pub mod phase_model;
+
+/// Reads the text of a file that a description names; the caller decides which files may be read.
+pub type ReadText<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+
+/// What a group of droplets has in common; particles refer to it by index.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DropletClass {
+    /// What the droplets are made of.
+    pub material: material::Material,
+    /// How their phase function is modelled.
+    pub phase: phase_model::PhaseModel,
+    /// The sizes in a parcel or fog box that names no radius.
+    pub distribution: distribution::SizeDistribution,
+    /// Overrides the single-scattering albedo (comparisons with other solvers), in 0 ..= 1.
+    pub albedo: Option<f64>,
+}

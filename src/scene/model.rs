@@ -1,0 +1,123 @@
+//! What a scene is, once it has been read: everything in world space, metres, f64 where positions need it.
+
+use glam::{DMat3, DVec3};
+
+use super::settings::Settings;
+use crate::optics::DropletClass;
+use crate::warning::Warning;
+
+/// One droplet or parcel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// Centre in world space, m.
+    pub center_m: DVec3,
+    /// Drawn radius R, m; > 0.
+    pub radius_m: f32,
+    /// The droplets' own radius r, m; `None` (stored as 0) takes the class's distribution.
+    pub droplet_radius_m: f32,
+    /// Number of droplets; 1 is a single droplet met on its disc, above 1 (or any fog ball) a parcel.
+    pub count: f32,
+    /// Index into `Scene::classes`.
+    pub class: u16,
+    /// Droplet or parcel.
+    pub kind: ParticleKind,
+}
+
+/// How a particle removes light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ParticleKind {
+    /// One droplet, met on its extinction disc.
+    Droplet,
+    /// A ball filled evenly with droplets.
+    Parcel,
+}
+
+/// An oriented box filled evenly with droplets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FogBox {
+    /// Name of the node it came from.
+    pub name: String,
+    /// Centre in world space, m.
+    pub center_m: DVec3,
+    /// Columns are the half edges of the box in world space, m; not necessarily orthogonal.
+    pub half_edges_m: DMat3,
+    /// How much fog it holds.
+    pub density: FogDensity,
+    /// Index into `Scene::classes`.
+    pub class: u16,
+    /// The droplets' own radius, m; `None` takes the class's distribution.
+    pub droplet_radius_m: Option<f64>,
+}
+
+/// How densely a fog body is filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FogDensity {
+    /// Droplets per cubic metre.
+    NumberPerM3(f64),
+    /// Grams of condensed matter per cubic metre of air.
+    LiquidWaterGPerM3(f64),
+    /// Extinction coefficient at 550 nm, 1/m.
+    ExtinctionPerM(f64),
+}
+
+/// A camera: a frame and a lens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Name of the node it came from.
+    pub name: String,
+    /// Position in world space, m.
+    pub position_m: DVec3,
+    /// Orthonormal columns: right, up, backward (the camera looks along minus the third).
+    pub world_from_camera: DMat3,
+    /// The lens.
+    pub lens: Lens,
+}
+
+/// How pixels become rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// Vertical field of view, rad; `aspect` (width / height) where the file fixes it.
+    Perspective { yfov_rad: f64, aspect: Option<f64> },
+    /// Half width and half height of the view, m.
+    Orthographic { xmag_m: f64, ymag_m: f64 },
+}
+
+/// A distant light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sun {
+    /// Name of the node it came from.
+    pub name: String,
+    /// Unit vector in which the light travels.
+    pub direction: DVec3,
+    /// Illuminance on a plane perpendicular to `direction`, lx.
+    pub lux: f64,
+    /// Linear BT.709 colour of the light; multiplies the channels.
+    pub color: [f64; 3],
+    /// Spectrum of this light; `None` takes the scene's.
+    pub spectrum: Option<crate::spectrum::sun::SunSpectrum>,
+    /// Angular diameter in degrees; `None` takes the scene's.
+    pub angular_diameter_deg: Option<f64>,
+}
+
+/// A scene, ready to be planned and rendered.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Where it was read from, as shown to people.
+    pub name: String,
+    /// Droplets and parcels.
+    pub particles: Vec<Particle>,
+    /// Fog boxes.
+    pub fog_boxes: Vec<FogBox>,
+    /// What particles and boxes refer to; never empty.
+    pub classes: Vec<DropletClass>,
+    /// The camera that takes the picture.
+    pub camera: Camera,
+    /// The suns; never empty.
+    pub suns: Vec<Sun>,
+    /// Everything that can be set.
+    pub settings: Settings,
+    /// What the reader noticed.
+    pub warnings: Vec<Warning>,
+    /// Content hash of the scene as it was read, with its settings (hexadecimal).
+    pub hash: String,
+}

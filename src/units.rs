@@ -1,0 +1,76 @@
+//! Quantities with units as they are written by people: `5um`, `550nm`, `0.3g/m3`.
+
+use thiserror::Error;
+
+/// A quantity could not be read.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum UnitError {
+    /// No number at the start.
+    #[error("`{0}` does not begin with a number")]
+    NotANumber(String),
+    /// The unit is missing or unknown.
+    #[error("`{text}` needs a unit: one of {expected}")]
+    Unit { text: String, expected: &'static str },
+    /// The number is negative, infinite or NaN.
+    #[error("`{0}` is not a finite, non-negative number")]
+    Range(String),
+}
+
+const LENGTHS: [(&str, f64); 6] = [("nm", 1e-9), ("um", 1e-6), ("µm", 1e-6), ("mm", 1e-3), ("km", 1e3), ("m", 1.0)];
+
+/// Reads a length with its unit (nm, um, mm, m, km), in metres.
+///
+/// # Errors
+/// When the number is missing, negative or not finite, or the unit is missing or unknown.
+///
+/// ```
+/// assert_eq!(mie_cloud::units::parse_length_m("5um")?, 5e-6);
+/// # Ok::<(), mie_cloud::units::UnitError>(())
+/// ```
+pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
+    let text = text.trim();
+    let (number, unit) = split_unit(text);
+    let value: f64 = number.parse().map_err(|_| UnitError::NotANumber(text.into()))?;
+    let scale = LENGTHS
+        .iter()
+        .find(|(name, _)| *name == unit)
+        .map(|(_, scale)| *scale)
+        .ok_or(UnitError::Unit { text: text.into(), expected: "nm, um, mm, m, km" })?;
+    if !(value.is_finite() && value >= 0.0) {
+        return Err(UnitError::Range(text.into()));
+    }
+    // Dividing by an exact power of ten rounds once; 5um is 5e-6, not 4.9999999999999996e-6.
+    Ok(if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale })
+}
+
+/// Splits `12.5e-3um` into its number and its unit.
+pub fn split_unit(text: &str) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    let mut end = 0;
+    while end < bytes.len() {
+        let exponent_sign = matches!(bytes[end], b'+' | b'-') && (end == 0 || matches!(bytes[end - 1], b'e' | b'E'));
+        let exponent = matches!(bytes[end], b'e' | b'E')
+            && bytes.get(end + 1).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-'));
+        if !(bytes[end].is_ascii_digit() || bytes[end] == b'.' || exponent_sign || exponent) {
+            break;
+        }
+        end += 1;
+    }
+    (&text[..end], text[end..].trim_start())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_carry_a_unit() {
+        assert_eq!(parse_length_m("550nm"), Ok(550e-9));
+        assert_eq!(parse_length_m("1.5e2 mm"), Ok(0.15));
+        assert_eq!(parse_length_m("2km"), Ok(2000.0));
+        assert!(matches!(parse_length_m("5"), Err(UnitError::Unit { .. })));
+        assert!(matches!(parse_length_m("-5um"), Err(UnitError::Range(_))));
+        assert!(matches!(parse_length_m("um"), Err(UnitError::NotANumber(_))));
+    }
+}
