@@ -5,6 +5,7 @@
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
 pub mod accel;
+pub mod image;
 pub mod mie;
 pub mod optics;
 pub mod scene;
