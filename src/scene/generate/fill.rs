@@ -102,7 +102,7 @@ fn fill_droplets(recipe: &Recipe, sizes: &Sizes) -> Result<Filling, GenerateErro
             1.0
         }
     };
-    check_magnified(recipe, magnification * largest_m(&radii_um))?;
+    warnings.extend(check_magnified(recipe, magnification, &radii_um)?);
     if magnification < 1.0 {
         warnings.push(Warning::new(
             format!(
@@ -251,14 +251,23 @@ fn check_crowding(recipe: &Recipe, radii_um: &[f32]) -> Result<Option<Warning>, 
     }))
 }
 
-fn check_magnified(recipe: &Recipe, radius_m: f64) -> Result<(), GenerateError> {
-    let size_m = recipe.shape.shortest_m();
-    let excess = radius_m / (0.5 * size_m);
-    if excess <= 1.0 {
-        return Ok(());
+/// Droplets drawn wider than the shape is thick stick out of it; wider than all of it, they are no cloud.
+fn check_magnified(recipe: &Recipe, magnification: f64, radii_um: &[f32]) -> Result<Option<Warning>, GenerateError> {
+    let mean_square = radii_um.iter().map(|&r| (f64::from(r) * 1e-6).powi(2)).sum::<f64>() / radii_um.len() as f64;
+    let radius_m = magnification * mean_square.sqrt();
+    // The count at which a typical droplet is drawn with this radius: the product of count and square stays.
+    let count_for = |radius_limit_m: f64| (recipe.count as f64 * (radius_m / radius_limit_m).powi(2)).ceil() as u64;
+    let (shortest_m, longest_m) = (recipe.shape.shortest_m(), recipe.shape.longest_m());
+    if radius_m > 0.5 * longest_m {
+        let min_count = count_for(0.5 * longest_m);
+        return Err(GenerateError::Magnified { count: recipe.count, radius_m, size_m: longest_m, min_count });
     }
-    let min_count = (recipe.count as f64 * excess * excess).ceil() as u64;
-    Err(GenerateError::Magnified { count: recipe.count, radius_m, size_m, min_count })
+    Ok((radius_m > 0.25 * shortest_m).then(|| {
+        Warning::new(
+            format!("droplets are drawn {radius_m:e} m in radius and stick out of a shape {shortest_m:e} m across"),
+            format!("set `--count` to {} or more, or use `--kind parcels`", count_for(0.25 * shortest_m)),
+        )
+    }))
 }
 
 fn volume_m3(radii_um: &[f32]) -> f64 {
