@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ::exr::block::UncompressedBlock;
+use ::exr::block::chunk::{Chunk, CompressedBlock};
 use ::exr::block::lines::LineRef;
 use ::exr::block::reader::{ChunksReader, Reader};
 use ::exr::compression::Compression;
@@ -127,21 +128,52 @@ fn read_channels(reader: Reader<Cursor<&[u8]>>, header: &Header) -> Result<Vec<C
     let chunks = reader
         .filter_chunks(true, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
         .map_err(from_crate)?;
-    let expected = chunks.expected_chunk_count();
+    let (meta_data, expected) = (chunks.meta_data().clone(), chunks.expected_chunk_count());
     let mut seen = HashSet::new();
-    chunks
-        .decompress_sequential(true, |_, block| {
-            if block.index.layer == 0 && block.index.level == Vec2(0, 0) {
-                seen.insert((block.index.pixel_position.0, block.index.pixel_position.1));
-                store_block(&block, header, &mut channels)?;
-            }
-            Ok(())
-        })
-        .map_err(from_crate)?;
+    for chunk in chunks {
+        let chunk = chunk.map_err(from_crate)?;
+        check_chunk(&chunk, header)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, &meta_data, true).map_err(from_crate)?;
+        if block.index.layer == 0 && block.index.level == Vec2(0, 0) {
+            store_block(&block, header, &mut channels).map_err(from_crate)?;
+            seen.insert((block.index.pixel_position.0, block.index.pixel_position.1));
+        }
+    }
     if seen.len() != expected {
         return Err(DecodeError::Incomplete { found: seen.len(), expected });
     }
     Ok(channels)
+}
+
+/// DWA blocks begin with eleven counters: version, nine sizes and a method (`internal_dwa_compressor.h`). The crate
+/// allocates what they say, so that sizes beyond what the block can need are refused first.
+fn check_chunk(chunk: &Chunk, header: &Header) -> Result<(), DecodeError> {
+    const SIZES: std::ops::Range<usize> = 1..10;
+    /// Every section holds a sample at most once; run lengths add 1 in 128, tables and rounding to 8 x 8 the rest.
+    const MOST_BYTES_PER_BYTE: usize = 8;
+    const SMALL_BLOCK_BYTES: usize = 1 << 16;
+    let bytes = match &chunk.compressed_block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Err(DecodeError::Unsupported("deep pixels".into())),
+    };
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return Ok(());
+    }
+    let place = header.get_block_data_indices(&chunk.compressed_block).map_err(from_crate)?;
+    let section = header.get_absolute_block_pixel_coordinates(place).map_err(from_crate)?;
+    let raw_bytes = section.size.area().saturating_mul(header.channels.bytes_per_pixel);
+    if bytes.len() == raw_bytes {
+        return Ok(()); // stored as it is
+    }
+    let limit = raw_bytes.saturating_mul(MOST_BYTES_PER_BYTE).saturating_add(SMALL_BLOCK_BYTES) as u64;
+    let counters = bytes.chunks_exact(size_of::<u64>()).take(SIZES.end).skip(SIZES.start);
+    for counter in counters.map(|bytes| bytes.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte))) {
+        if counter > limit {
+            return Err(DecodeError::Memory { needed: counter, limit });
+        }
+    }
+    Ok(())
 }
 
 fn store_block(block: &UncompressedBlock, header: &Header, channels: &mut [Channel]) -> Result<(), CrateError> {
