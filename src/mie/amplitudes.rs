@@ -167,12 +167,7 @@ fn wide<S: Simd>() -> bool {
 
 /// Calls `visit` with every vector of folded angles summed, and its index.
 #[inline(always)]
-fn for_each_vector<S: Simd>(
-    simd: S,
-    orders: &[OrderPair],
-    h: &[f64],
-    mut visit: impl FnMut(usize, Split<S::f64s>),
-) {
+fn for_each_vector<S: Simd>(simd: S, orders: &[OrderPair], h: &[f64], mut visit: impl FnMut(usize, Split<S::f64s>)) {
     let (vectors, _) = S::as_simd_f64s(h);
     let (pairs, rest) = if wide::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
     for (i, pair) in pairs.iter().enumerate() {

@@ -71,7 +71,11 @@ impl<V: Copy> Angular<V> {
 
 /// Sums a series at `W` vectors of folded angles `h`.
 #[inline(always)]
-pub(super) fn sum_orders<S: Simd, const W: usize>(simd: S, orders: &[OrderPair], h: [S::f64s; W]) -> [Split<S::f64s>; W] {
+pub(super) fn sum_orders<S: Simd, const W: usize>(
+    simd: S,
+    orders: &[OrderPair],
+    h: [S::f64s; W],
+) -> [Split<S::f64s>; W] {
     let zero = simd.splat_f64s(0.0);
     let mut angular = h.map(|h| Angular::new(simd, h));
     let mut sums = [Split {
