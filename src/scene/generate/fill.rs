@@ -28,7 +28,7 @@ const MIN_OVERLAPPING: f64 = 4.0;
 const INDEPENDENT_FRACTION: f64 = 0.006;
 
 /// Spheres in random order fill no larger share (Scott & Kilgour 1969).
-const PACKED_FRACTION: f64 = 0.6366;
+const PACKED_FRACTION: f64 = 0.64;
 
 /// What the particles hold.
 pub(super) struct Filling {
@@ -70,7 +70,7 @@ pub(super) fn fill(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Resul
 
 /// One droplet of the distribution's median radius, drawn as large as the shape.
 fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, GenerateError> {
-    let radii_um = vec![(sizes.radius_m(0.5)? * 1e6) as f32];
+    let radii_um = vec![(sizes.median_m() * 1e6) as f32];
     let magnification = 0.5 * diameter_m / largest_m(&radii_um);
     let mut warnings = Vec::new();
     if recipe.content != Content::Default {
@@ -93,7 +93,7 @@ fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, 
 }
 
 fn fill_droplets(recipe: &Recipe, sizes: &Sizes) -> Result<Filling, GenerateError> {
-    let radii_um = sizes.sample_um(recipe.count as usize, recipe.seed)?;
+    let radii_um = sizes.sample_um(recipe.count as usize, recipe.seed);
     let mut warnings = Vec::new();
     let magnification = match wanted_extinction_m2(recipe, sizes, 0.0)? {
         Some(extinction_m2) => (extinction_m2 / sizes.sum_c_ext_m2(&radii_um)?).sqrt(),
@@ -142,7 +142,7 @@ fn magnified(
 
 fn fill_parcels(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<Filling, GenerateError> {
     let (radius_m, warning) = parcel_radius_m(recipe);
-    let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3()?);
+    let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3());
     let water = Content::LiquidWaterGPerM3(DEFAULT_LIQUID_WATER_G_PER_M3);
     let extinction_m2 = match wanted_extinction_m2(recipe, sizes, radius_m)? {
         Some(extinction_m2) => extinction_m2,
@@ -160,7 +160,7 @@ fn fill_parcels(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<F
     };
     Ok(Filling {
         radii: DrawnRadii::Alike(radius_m),
-        droplet_radii_um: by_size.then(|| sizes.sample_um(points.len(), recipe.seed)).transpose()?,
+        droplet_radii_um: by_size.then(|| sizes.sample_um(points.len(), recipe.seed)),
         droplet_counts: Some(droplet_counts),
         summary,
         warnings: warning.into_iter().collect(),
@@ -215,7 +215,7 @@ fn extinction_of(content: Content, shape: &CloudShape, sizes: &Sizes, ball_m: f6
         Content::OpticalDepth(tau) => tau / middle_column_per_m2(shape, ball_m),
         Content::LiquidWaterGPerM3(water) => {
             let kg = water * 1e-3 * shape.volume_m3();
-            kg / WATER_KG_PER_M3 / sizes.mean_volume_m3()? * sizes.mean_c_ext_m2()?
+            kg / WATER_KG_PER_M3 / sizes.mean_volume_m3() * sizes.mean_c_ext_m2()?
         }
         Content::Default => 0.0,
     })

@@ -41,7 +41,7 @@ use crate::scene::model::ParticleKind;
 /// is known.
 pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud, GenerateError> {
     recipe.check()?;
-    let sizes = Sizes { distribution: &recipe.distribution, q_ext: q_ext_550 };
+    let sizes = Sizes::new(&recipe.distribution, q_ext_550)?;
     let mut positions = sample_points(recipe);
     let filling = fill::fill(recipe, &sizes, &positions)?;
     let metres_per_unit = metres_per_unit(&recipe.shape);

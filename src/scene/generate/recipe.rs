@@ -85,7 +85,7 @@ impl Recipe {
             shape,
             count: 10_000,
             kind: ParticleKind::Droplet,
-            distribution: crate::scene::settings::Settings::default().droplets.class.distribution,
+            distribution: SizeDistribution::default(),
             content: Content::Default,
             seed: 0,
             form: Form::Points,
@@ -177,20 +177,8 @@ fn check_positive(flag: &'static str, value: f64) -> Result<(), GenerateError> {
 
 /// A distribution as it is written in settings; `None` for a table, which lives in a file of its own.
 pub(super) fn distribution_text(distribution: &SizeDistribution) -> Option<String> {
-    let limits = format!("rmin={},rmax={}", um(distribution.r_min_m), um(distribution.r_max_m));
-    Some(match &distribution.shape {
-        Shape::Mono { r_m } => format!("mono:r={}", um(*r_m)),
-        Shape::Gamma { reff_m, veff } => format!("gamma:reff={},veff={veff},{limits}", um(*reff_m)),
-        Shape::ModifiedGamma { alpha, gamma, rc_m } => {
-            format!("modgamma:alpha={alpha},gamma={gamma},rc={},{limits}", um(*rc_m))
-        }
-        Shape::LogNormal { rg_m, sigma } => format!("lognormal:rg={},sigma={sigma},{limits}", um(*rg_m)),
-        Shape::Table { .. } => return None,
-    })
-}
-
-/// A length in micrometres with its unit; twelve digits, so that 6e-6 m is 6um and not 6.000000000000001um.
-fn um(length_m: f64) -> String {
-    let rounded: f64 = format!("{:.11e}", length_m * 1e6).parse().unwrap_or(length_m * 1e6);
-    format!("{rounded}um")
+    match distribution.shape {
+        Shape::Table { .. } => None,
+        _ => Some(distribution.to_string()),
+    }
 }
