@@ -19,10 +19,11 @@ if [ "$(cat "$venv/packages.txt" 2>/dev/null)" != "$packages" ]; then
 fi
 cargo run --quiet --example write_test_picture -- "$folder/exr"
 cargo build --quiet --example picture_dump
+n_given=$#
 for file in "$folder"/exr/*.exr "$@"; do
     dump=$folder/exr/$(basename "$file" .exr)
     cargo run --quiet --example picture_dump -- "$file" "$dump.bin" >"$dump.json"
     set -- "$@" "$file=$dump"
 done
-# What is left of the arguments are FILE=DUMP pairs; the plain file names before them are dropped.
+shift "$n_given" # only the pairs FILE=DUMP are left
 exec "$venv/bin/python" .ci/interop/exr_check.py "$folder/exr" "$@"
