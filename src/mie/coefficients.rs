@@ -84,7 +84,11 @@ impl Waves {
         while end > 1 {
             let first = 1 + (end - 2) / BLOCK * BLOCK;
             block.step_down(first, end - first);
-            if m.im == 0.0 { self.real_block(&sphere, &mut block) } else { self.complex_block(&sphere, &mut block) }
+            if m.im == 0.0 {
+                self.real_block(&sphere, &mut block)
+            } else {
+                self.complex_block(&sphere, &mut block)
+            }
             visit(&block);
             end = first;
         }
