@@ -1,0 +1,33 @@
+//! Loads a scene with the overrides of the command line, and prints its warnings.
+
+use crate::cli::args::SceneArgs;
+use crate::cli::failure::Failure;
+use crate::cli::progress::Verbosity;
+use crate::scene::gltf::{LoadOptions, load};
+use crate::scene::model::Scene;
+use crate::warning::Warning;
+
+/// Reads the scene that the arguments name.
+pub fn load_scene(args: &SceneArgs) -> Result<Scene, Failure> {
+    let options = LoadOptions {
+        settings: args.set.clone(),
+        camera: args.camera.clone(),
+        droplets_glob: args.droplets.clone(),
+        radius_m: args.radius,
+        ..LoadOptions::default()
+    };
+    load(&args.scene, &options).map_err(|error| {
+        if error.is_usage() { Failure::usage(error) } else { Failure::scene(error) }
+    })
+}
+
+/// Prints warnings to stderr, each once.
+pub fn print_warnings(warnings: &[Warning], verbosity: Verbosity) {
+    if verbosity == Verbosity::Quiet {
+        return;
+    }
+    let mut seen = std::collections::HashSet::new();
+    for warning in warnings.iter().filter(|warning| seen.insert(*warning)) {
+        eprintln!("warning: {warning}");
+    }
+}
