@@ -8,5 +8,6 @@ pub mod mie;
 pub mod optics;
 pub mod scene;
 pub mod spectrum;
+pub mod suggest;
 pub mod units;
 pub mod warning;

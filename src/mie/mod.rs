@@ -3,6 +3,21 @@
 use num_complex::Complex64;
 use thiserror::Error;
 
+mod amplitudes;
+mod angles;
+mod angular;
+mod coefficients;
+pub mod domain;
+mod efficiencies;
+mod interior;
+mod riccati;
+mod solver;
+mod terms;
+
+pub use amplitudes::IntensitySum;
+pub use angles::Angles;
+pub use solver::{Solver, efficiencies};
+
 /// The sphere is outside the domain of the theory as it is computed here.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -13,6 +28,12 @@ pub enum MieError {
     /// The refractive index is out of range or absorbs with the wrong sign.
     #[error("refractive index {n} + {k}i must have 0.05 <= n <= 20 and 0 <= k <= 100 (k > 0 absorbs)")]
     Index { n: f64, k: f64 },
+    /// A scattering angle is out of range or not a number.
+    #[error("scattering angle {0} rad must lie in 0 ..= pi")]
+    Angle(f64),
+    /// A slice for results does not match the angles.
+    #[error("{values} slots for results at {angles} angles: the numbers must be equal")]
+    Lengths { angles: usize, values: usize },
 }
 
 /// Efficiencies of one sphere; all but `g` and `n_terms` are relative to its geometric cross section.
@@ -45,4 +66,20 @@ pub struct Series {
     pub a: Vec<Complex64>,
     /// b_n, n = 1 ..= n_terms.
     pub b: Vec<Complex64>,
+    efficiencies: Efficiencies,
+}
+
+impl Series {
+    /// Solves the sphere of size parameter `x` and relative index `m`.
+    ///
+    /// # Errors
+    /// [`MieError`] if `x` or `m` lies outside the domain.
+    pub fn new(x: f64, m: Complex64) -> Result<Self, MieError> {
+        Solver::new().series(x, m)
+    }
+
+    /// Efficiencies, summed with the coefficients.
+    pub fn efficiencies(&self) -> Efficiencies {
+        self.efficiencies
+    }
 }

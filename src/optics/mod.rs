@@ -1,8 +1,15 @@
 //! What droplets are made of and how they scatter: materials, size distributions, size bins, phase tables.
 
+pub mod csv;
 pub mod distribution;
+mod distribution_error;
+mod distribution_parse;
 pub mod material;
 pub mod phase_model;
+pub mod quadrature;
+pub mod size_law;
+
+pub use distribution_error::DistributionError;
 
 /// Reads the text of a file that a description names; the caller decides which files may be read.
 pub type ReadText<'a> = &'a dyn Fn(&str) -> Result<String, String>;

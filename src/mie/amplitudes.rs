@@ -1,0 +1,246 @@
+//! Amplitudes S1, S2 and intensities of one sphere at any angles.
+
+use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{
+    Angles, MieError, Series,
+    angles::Source,
+    angular::{Order, OrderPair, Split, sum_orders},
+};
+
+impl Series {
+    /// Amplitudes S1 and S2 (Bohren & Huffman 1983, eq. 4.74) at `theta_rad`, each in 0 ..= pi.
+    ///
+    /// # Errors
+    /// [`MieError::Angle`] for an angle out of range, [`MieError::Lengths`] if the slices differ in length.
+    pub fn amplitudes(&self, theta_rad: &[f64], s1: &mut [Complex64], s2: &mut [Complex64]) -> Result<(), MieError> {
+        self.amplitudes_at(&Angles::new(theta_rad)?, s1, s2)
+    }
+
+    /// Intensities (|S1|^2 + |S2|^2) / 2 of unpolarised light at `theta_rad`, each in 0 ..= pi.
+    ///
+    /// # Errors
+    /// As [`Series::amplitudes`].
+    pub fn intensities(&self, theta_rad: &[f64], out: &mut [f64]) -> Result<(), MieError> {
+        self.intensities_at(&Angles::new(theta_rad)?, out)
+    }
+
+    /// As [`Series::amplitudes`] at prepared angles.
+    ///
+    /// # Errors
+    /// [`MieError::Lengths`] if a slice differs in length from `angles`.
+    pub fn amplitudes_at(&self, angles: &Angles, s1: &mut [Complex64], s2: &mut [Complex64]) -> Result<(), MieError> {
+        check_length(angles, s1.len())?;
+        check_length(angles, s2.len())?;
+        let mut folded = vec![[0.0; 8]; angles.h.len()];
+        Arch::new().dispatch(FoldedAmplitudes { orders: &self.orders(), h: &angles.h, out: &mut folded });
+        if angles.h.first() == Some(&0.0) {
+            folded[0] = self.exact_axis();
+        }
+        for ((source, s1), s2) in angles.sources.iter().zip(s1).zip(s2) {
+            let s = match source {
+                Source::Forward(entry) => &folded[*entry as usize][..4],
+                Source::Backward(entry) => &folded[*entry as usize][4..],
+            };
+            *s1 = Complex64::new(s[0], s[1]);
+            *s2 = Complex64::new(s[2], s[3]);
+        }
+        Ok(())
+    }
+
+    /// As [`Series::intensities`] at prepared angles.
+    ///
+    /// # Errors
+    /// [`MieError::Lengths`] if `out` differs in length from `angles`.
+    pub fn intensities_at(&self, angles: &Angles, out: &mut [f64]) -> Result<(), MieError> {
+        check_length(angles, out.len())?;
+        let mut sum = IntensitySum::new(angles);
+        sum.add(self, 1.0);
+        sum.write(out)
+    }
+
+    /// Weighted coefficients in pairs of orders, the last pair filled up with zeros.
+    fn orders(&self) -> Vec<OrderPair> {
+        let order = |i: usize| {
+            let n = (i + 1) as f64;
+            let Some((a, b)) = self.a.get(i).zip(self.b.get(i)) else { return Order::default() };
+            let weight = (2.0 * n + 1.0) / (n * (n + 1.0));
+            Order {
+                a_re: weight * a.re,
+                a_im: weight * a.im,
+                b_re: weight * b.re,
+                b_im: weight * b.im,
+                step: 1.0 + 1.0 / n,
+                n,
+            }
+        };
+        (0..self.a.len().div_ceil(2)).map(|pair| [order(2 * pair), order(2 * pair + 1)]).collect()
+    }
+
+    /// Amplitudes at exactly 0 and pi, laid out like an entry of [`FoldedAmplitudes`]: S1 = S2 and S1 = -S2.
+    fn exact_axis(&self) -> [f64; 8] {
+        let (mut forward, mut backward) = (Complex64::default(), Complex64::default());
+        for (i, (a, b)) in self.a.iter().zip(&self.b).enumerate().rev() {
+            let weight = (2 * i + 3) as f64 * 0.5;
+            forward += weight * (a + b);
+            backward += if i % 2 == 0 { weight * (a - b) } else { weight * (b - a) };
+        }
+        let (f, b) = (forward, backward);
+        [f.re, f.im, f.re, f.im, b.re, b.im, -b.re, -b.im]
+    }
+}
+
+/// A weighted sum of the intensities of many spheres at the same angles.
+///
+/// ```
+/// use mie_cloud::mie::{Angles, IntensitySum, Solver};
+/// use num_complex::Complex64;
+///
+/// let angles = Angles::new(&[0.0, 1.0, 2.0])?;
+/// let mut solver = Solver::new();
+/// let mut sum = IntensitySum::new(&angles);
+/// for x in [1.0, 10.0, 100.0] {
+///     sum.add(&solver.series(x, Complex64::new(1.33, 0.0))?, 1.0 / 3.0);
+/// }
+/// let mut mean = [0.0; 3];
+/// sum.write(&mut mean)?;
+/// # Ok::<(), mie_cloud::mie::MieError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct IntensitySum<'a> {
+    angles: &'a Angles,
+    /// Sums at the folded angles and at their mirror images.
+    forward: Vec<f64>,
+    backward: Vec<f64>,
+}
+
+impl<'a> IntensitySum<'a> {
+    /// An empty sum at `angles`.
+    pub fn new(angles: &'a Angles) -> Self {
+        let zeros = vec![0.0; angles.h.len()];
+        Self { angles, forward: zeros.clone(), backward: zeros }
+    }
+
+    /// Adds `weight` times the intensities (|S1|^2 + |S2|^2) / 2 of `series`.
+    pub fn add(&mut self, series: &Series, weight: f64) {
+        let on_axis = (self.angles.h.first() == Some(&0.0)).then(|| (self.forward[0], self.backward[0]));
+        Arch::new().dispatch(FoldedIntensities {
+            orders: &series.orders(),
+            h: &self.angles.h,
+            half_weight: 0.5 * weight,
+            forward: &mut self.forward,
+            backward: &mut self.backward,
+        });
+        if let Some((forward, backward)) = on_axis {
+            let s = series.exact_axis();
+            self.forward[0] = forward + weight * (s[0] * s[0] + s[1] * s[1]);
+            self.backward[0] = backward + weight * (s[4] * s[4] + s[5] * s[5]);
+        }
+    }
+
+    /// Writes the sum, one value per angle in the order they were given.
+    ///
+    /// # Errors
+    /// [`MieError::Lengths`] if `out` differs in length from the angles.
+    pub fn write(&self, out: &mut [f64]) -> Result<(), MieError> {
+        check_length(self.angles, out.len())?;
+        for (out, source) in out.iter_mut().zip(&self.angles.sources) {
+            *out = match *source {
+                Source::Forward(entry) => self.forward[entry as usize],
+                Source::Backward(entry) => self.backward[entry as usize],
+            };
+        }
+        Ok(())
+    }
+}
+
+fn check_length(angles: &Angles, len: usize) -> Result<(), MieError> {
+    if len == angles.len() { Ok(()) } else { Err(MieError::Lengths { angles: angles.len(), values: len }) }
+}
+
+/// Number of angle vectors per pass: 13 registers each, of which AVX-512 has 32 and others 16.
+#[inline(always)]
+fn wide<S: Simd>() -> bool {
+    S::REGISTER_COUNT >= 32
+}
+
+/// Calls `visit` with every vector of folded angles summed, and its index.
+#[inline(always)]
+fn for_each_vector<S: Simd>(
+    simd: S,
+    orders: &[OrderPair],
+    h: &[f64],
+    mut visit: impl FnMut(usize, Split<S::f64s>),
+) {
+    let (vectors, _) = S::as_simd_f64s(h);
+    let (pairs, rest) = if wide::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
+    for (i, pair) in pairs.iter().enumerate() {
+        let [first, second] = sum_orders(simd, orders, *pair);
+        visit(2 * i, first);
+        visit(2 * i + 1, second);
+    }
+    for (i, &h) in rest.iter().enumerate() {
+        let [sums] = sum_orders(simd, orders, [h]);
+        visit(2 * pairs.len() + i, sums);
+    }
+}
+
+/// Writes [S1 re, im, S2 re, im] forward and the same backward for every folded angle.
+struct FoldedAmplitudes<'a> {
+    orders: &'a [OrderPair],
+    h: &'a [f64],
+    out: &'a mut [[f64; 8]],
+}
+
+impl WithSimd for FoldedAmplitudes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let lanes = S::F64_LANES;
+        let mut planes = vec![0.0; 8 * lanes];
+        let out = self.out;
+        for_each_vector(simd, self.orders, self.h, |vector, split| {
+            let (slots, _) = S::as_mut_simd_f64s(&mut planes);
+            let (forward, backward) = (split.forward(simd), split.backward(simd));
+            for (slot, value) in slots.iter_mut().zip(forward.into_iter().chain(backward)) {
+                *slot = value;
+            }
+            for lane in 0..lanes {
+                for plane in 0..8 {
+                    out[vector * lanes + lane][plane] = planes[plane * lanes + lane];
+                }
+            }
+        });
+    }
+}
+
+/// Adds the weighted intensities at every folded angle and its mirror image.
+struct FoldedIntensities<'a> {
+    orders: &'a [OrderPair],
+    h: &'a [f64],
+    half_weight: f64,
+    forward: &'a mut [f64],
+    backward: &'a mut [f64],
+}
+
+impl WithSimd for FoldedIntensities<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let weight = simd.splat_f64s(self.half_weight);
+        let (forward, _) = S::as_mut_simd_f64s(self.forward);
+        let (backward, _) = S::as_mut_simd_f64s(self.backward);
+        for_each_vector(simd, self.orders, self.h, |vector, split| {
+            let add = |sum: S::f64s, s: [S::f64s; 4]| {
+                let [a, b, c, d] = s.map(|v| simd.mul_f64s(v, v));
+                let total = simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d));
+                simd.mul_add_e_f64s(weight, total, sum)
+            };
+            forward[vector] = add(forward[vector], split.forward(simd));
+            backward[vector] = add(backward[vector], split.backward(simd));
+        });
+    }
+}

@@ -1,0 +1,100 @@
+//! Solving spheres: the checked entry points and the scratch memory they share.
+
+use num_complex::Complex64;
+use pulp::Arch;
+
+use super::{
+    Efficiencies, MieError, Series,
+    coefficients::{Block, Waves},
+    domain,
+    efficiencies::Sums,
+};
+
+/// Scratch memory for one thread that solves many spheres: it grows to the largest and is then reused.
+///
+/// ```
+/// use mie_cloud::mie::Solver;
+/// use num_complex::Complex64;
+///
+/// let mut solver = Solver::new();
+/// for x in [1.0, 10.0, 100.0] {
+///     let q = solver.efficiencies(x, Complex64::new(1.33, 0.0))?;
+///     assert!(q.q_ext > 0.0);
+/// }
+/// # Ok::<(), mie_cloud::mie::MieError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Solver {
+    waves: Waves,
+}
+
+impl Solver {
+    /// A solver without memory yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Efficiencies of the sphere of size parameter `x` and relative index `m`; the coefficients are not kept.
+    ///
+    /// # Errors
+    /// [`MieError`] if `x` or `m` lies outside the domain.
+    pub fn efficiencies(&mut self, x: f64, m: Complex64) -> Result<Efficiencies, MieError> {
+        domain::check(x, m)?;
+        let waves = &mut self.waves;
+        Ok(Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut sums = Sums::default();
+                let n_terms = waves.visit_blocks(x, m, |block| sums.add(block));
+                sums.finish(x, n_terms)
+            },
+        ))
+    }
+
+    /// Scattering coefficients of the sphere of size parameter `x` and relative index `m`.
+    ///
+    /// # Errors
+    /// [`MieError`] if `x` or `m` lies outside the domain.
+    pub fn series(&mut self, x: f64, m: Complex64) -> Result<Series, MieError> {
+        domain::check(x, m)?;
+        let waves = &mut self.waves;
+        let mut series = Series { x, m, a: Vec::new(), b: Vec::new(), efficiencies: Sums::default().finish(x, 0) };
+        series.efficiencies = Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut sums = Sums::default();
+                let (a, b) = (&mut series.a, &mut series.b);
+                let n_terms = waves.visit_blocks(x, m, |block| {
+                    sums.add(block);
+                    store(block, a, b);
+                });
+                sums.finish(x, n_terms)
+            },
+        );
+        Ok(series)
+    }
+}
+
+/// Writes a block into the coefficient arrays, which the first (highest) block sizes.
+#[inline(always)]
+fn store(block: &Block, a: &mut Vec<Complex64>, b: &mut Vec<Complex64>) {
+    let end = block.first - 1 + block.len;
+    if a.len() < end {
+        a.resize(end, Complex64::default());
+        b.resize(end, Complex64::default());
+    }
+    for i in 0..block.len {
+        a[block.first - 1 + i] = Complex64::new(block.a_re[i], block.a_im[i]);
+        b[block.first - 1 + i] = Complex64::new(block.b_re[i], block.b_im[i]);
+    }
+}
+
+/// Efficiencies of one sphere of size parameter `x` and relative index `m`.
+///
+/// A [`Solver`] saves the allocation where there are many.
+///
+/// # Errors
+/// [`MieError`] if `x` or `m` lies outside the domain.
+pub fn efficiencies(x: f64, m: Complex64) -> Result<Efficiencies, MieError> {
+    Solver::new().efficiencies(x, m)
+}
