@@ -4,6 +4,8 @@
 //! forward; phase functions integrate to 1 over the sphere; directions `wo`, `wi` point away from the point.
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
+pub mod accel;
+pub mod image;
 pub mod mie;
 pub mod optics;
 pub mod scene;

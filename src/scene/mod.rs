@@ -4,6 +4,7 @@ pub mod error;
 pub mod fog;
 pub mod folder;
 pub mod frame_cloud;
+pub mod generate;
 pub mod given;
 pub mod glob;
 pub mod gltf;
@@ -14,7 +15,6 @@ pub mod marks;
 pub mod model;
 pub mod settings;
 pub mod settings_parse;
-mod suggest;
 
 pub use error::{SceneError, SceneFault};
 pub use load::{LoadOptions, load};

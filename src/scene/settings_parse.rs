@@ -11,7 +11,7 @@ use super::error::{SceneError, SceneFault, SceneResult, excerpt};
 use super::folder::Folder;
 use super::given::Given;
 use super::keys::Key;
-use super::suggest::nearest;
+use crate::suggest::closest;
 
 /// Settings longer than this are refused: as a tree, JSON takes up to ninety times the space of its text.
 const TEXT_LIMIT_BYTES: usize = 128 << 10;
@@ -159,9 +159,21 @@ fn expectation(range: &str, unit: &str) -> String {
 
 fn unknown<T>(name: &str, keys: &[&[Key<T>]]) -> SceneFault {
     let names: Vec<&str> = keys.iter().copied().flatten().map(|key| key.name).collect();
-    let suggestion = match nearest(name, names.iter().copied()) {
+    let suggestion = match nearest(name, &names) {
         Some(known) => format!("did you mean `{known}`?"),
         None => format!("known are {}", names.join(", ")),
     };
     SceneFault::UnknownKey { key: excerpt(name), suggestion }
+}
+
+/// The known key that is nearest to a mistyped one; also if only its last part was written.
+fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    // Words far longer than any key are no slips; the bound also keeps the comparison cheap.
+    let name: String = name.chars().take(60).collect();
+    let last_part = |key: &'a str| key.rsplit('.').next().unwrap_or(key);
+    let part = name.rsplit('.').next().unwrap_or(&name);
+    closest(&name, known.iter().copied()).or_else(|| {
+        let near = closest(part, known.iter().copied().map(last_part))?;
+        known.iter().copied().find(|key| last_part(key) == near)
+    })
 }

@@ -6,6 +6,7 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use glam::{DQuat, DVec3};
 
+use super::budget::Budget;
 use super::buffers::{Buffers, View, slice};
 use super::document::{self, Document};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
@@ -67,6 +68,8 @@ struct Sparse<'b> {
 pub struct Accessors<'a, 'd> {
     pub document: &'d Document<'d>,
     pub buffers: &'a Buffers<'d>,
+    /// Bounds work and memory.
+    pub budget: &'a Budget,
 }
 
 impl<'a> Accessors<'a, '_> {
@@ -90,6 +93,13 @@ impl<'a> Accessors<'a, '_> {
         let scale = if raw.normalized && component != ComponentType::F32 { Scale::Normalized } else { Scale::AsStored };
         let sparse = raw.sparse.as_ref().map(|sparse| self.sparse(sparse, raw.count, size, component, &element));
         Ok(Accessor { count: raw.count, components, scale, base, sparse: sparse.transpose()?, element })
+    }
+
+    /// How POSITION is read: floats, or integers where KHR_mesh_quantization says so.
+    pub fn position_use(&self) -> Use {
+        let quantized = self.document.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
+        let components = if quantized { Allowed::Any } else { Allowed::Float };
+        Use { attribute: "POSITION", kind: Type::Vec3, components }
     }
 
     fn sparse(

@@ -15,7 +15,12 @@ const PER_FILE_BYTE: u64 = 12;
 pub struct Budget {
     limit: Limit,
     used_bytes: Cell<u64>,
+    visits: Cell<u64>,
 }
+
+/// Vertices that may be measured in any scene, and once more for each byte of its files: an honest file spends 12 bytes
+/// on a vertex, which is read twice; many accessors over the same bytes could otherwise keep the reader busy for hours.
+const FREE_VISITS: u64 = 4 << 20;
 
 #[derive(Debug)]
 enum Limit {
@@ -28,7 +33,7 @@ enum Limit {
 impl Budget {
     /// A budget in proportion to the files, or the one that the user gave.
     pub fn new(limit_bytes: Option<u64>) -> Self {
-        Self { limit: limit_bytes.map_or(Limit::Files, Limit::Fixed), used_bytes: Cell::new(0) }
+        Self { limit: limit_bytes.map_or(Limit::Files, Limit::Fixed), used_bytes: Cell::new(0), visits: Cell::new(0) }
     }
 
     /// Takes room for `count` elements of `size` bytes before they are allocated; `file_bytes` have been read so far.
@@ -48,6 +53,21 @@ impl Budget {
             return Err(SceneError::at(element, SceneFault::TooLarge { what, bytes, limit: left, remedy }));
         }
         self.used_bytes.set(self.used_bytes.get() + bytes);
+        Ok(())
+    }
+
+    /// Counts `count` vertices that are about to be measured.
+    ///
+    /// # Errors
+    /// When the scene's files are too small to justify them.
+    pub fn visit(&self, count: u64, file_bytes: u64, element: &str) -> SceneResult<()> {
+        let left = FREE_VISITS.saturating_add(file_bytes).saturating_sub(self.visits.get());
+        if count > left {
+            let (what, remedy) = (format!("{count} vertices to measure"), "do not share bytes among so many accessors");
+            let fault = SceneFault::TooLarge { what, bytes: count.saturating_mul(12), limit: left, remedy };
+            return Err(SceneError::at(element, fault));
+        }
+        self.visits.set(self.visits.get() + count);
         Ok(())
     }
 }

@@ -18,7 +18,7 @@ pub struct Buffers<'a> {
     loaded: Vec<OnceCell<Box<Bytes<'a>>>>,
     /// Two buffers of one file share its bytes: memory stays bounded by the files' sizes.
     files: RefCell<HashMap<PathBuf, Rc<Vec<u8>>>>,
-    external_bytes: Cell<u64>,
+    read_bytes: Cell<u64>,
 }
 
 enum Bytes<'a> {
@@ -49,15 +49,15 @@ pub struct View<'b> {
 
 impl<'a> Buffers<'a> {
     /// No buffer is read yet.
-    pub fn new(document: &'a Document<'a>, chunk: Option<&'a [u8]>, folder: &'a Folder) -> Self {
+    pub fn new(document: &'a Document<'a>, chunk: Option<&'a [u8]>, folder: &'a Folder, file_bytes: u64) -> Self {
         let mut loaded = Vec::new();
         loaded.resize_with(document.buffers.len(), OnceCell::new);
-        Self { document, chunk, folder, loaded, files: RefCell::default(), external_bytes: Cell::new(0) }
+        Self { document, chunk, folder, loaded, files: RefCell::default(), read_bytes: Cell::new(file_bytes) }
     }
 
-    /// How many bytes came from other files.
-    pub fn external_bytes(&self) -> u64 {
-        self.external_bytes.get()
+    /// How many bytes of files have been read, the scene's own included.
+    pub fn read_bytes(&self) -> u64 {
+        self.read_bytes.get()
     }
 
     /// A buffer view, checked against its buffer.
@@ -131,7 +131,7 @@ impl<'a> Buffers<'a> {
             return Ok(Rc::clone(bytes));
         }
         let bytes = Rc::new(read_file(&path, u64::MAX).map_err(refused)?);
-        self.external_bytes.set(self.external_bytes.get() + bytes.len() as u64);
+        self.read_bytes.set(self.read_bytes.get() + bytes.len() as u64);
         self.files.borrow_mut().insert(path, Rc::clone(&bytes));
         Ok(bytes)
     }

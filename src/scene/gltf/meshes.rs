@@ -3,12 +3,11 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use gltf::json::accessor::Type;
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
 use glam::DVec3;
 
-use super::accessors::{Accessors, Allowed, Use};
+use super::accessors::Accessors;
 use super::attributes::Attributes;
 use super::document::{self, Document, label};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
@@ -187,20 +186,11 @@ impl Mesh {
         let Some(solid) = &self.solid else { return Ok(()) };
         for &index in &solid.positions {
             let positions = accessors.get(index, accessors.position_use(), &self.element)?;
-            accessors.check_iterable(&positions)?;
+            accessors.budget.visit(positions.count(), accessors.buffers.read_bytes(), &self.element)?;
             for i in 0..positions.count() {
                 each(positions.vec3(i)?);
             }
         }
         Ok(())
-    }
-}
-
-impl Accessors<'_, '_> {
-    /// POSITION: floats, or integers where KHR_mesh_quantization says so.
-    pub fn position_use(&self) -> Use {
-        let quantized = self.document.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
-        let components = if quantized { Allowed::Any } else { Allowed::Float };
-        Use { attribute: "POSITION", kind: Type::Vec3, components }
     }
 }

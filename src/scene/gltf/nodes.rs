@@ -10,8 +10,6 @@ pub const WORLD_LIMIT_M: f64 = 1e12;
 
 /// A node on its way through the scene.
 pub struct Visit<'a> {
-    /// Index into `nodes`.
-    pub index: u32,
     /// The node itself.
     pub node: Node<'a>,
     /// From the node's frame to the world.
@@ -40,7 +38,7 @@ pub fn walk<'a>(
         let element = label("nodes", index, node.name.as_deref());
         let world_from_node = place(*world_from_parent, &node, &element)?;
         let children: Children = document.nodes.get("nodes", index, scene)?;
-        each(Visit { index, node, world_from_node, element })?;
+        each(Visit { node, world_from_node, element })?;
         if !children.children.is_empty() {
             frames.push((children.children, 0, world_from_node));
         }

@@ -50,9 +50,9 @@ impl Kind {
                 "put the mark on a node with a mesh",
             ],
             Kind::SkewedDroplet => [
-                "node of droplets with a non-uniform scale",
-                "nodes of droplets with a non-uniform scale",
-                "their spheres are scaled by the cube root of |det|",
+                "transform of droplets with a non-uniform scale",
+                "transforms of droplets with a non-uniform scale",
+                "the spheres are scaled by the cube root of |det|",
                 "apply a uniform scale",
             ],
             Kind::ZeroRadius => [
@@ -132,6 +132,10 @@ pub fn top_level(document: &Document, scene: u32) -> Vec<Warning> {
             _ => format!("{what} ({count}) are not rendered"),
         };
         warnings.push(Warning::new(text, ""));
+    }
+    if !document.materials.is_empty() {
+        let what = format!("colours and surfaces of {} materials are not rendered", document.materials.len());
+        warnings.push(Warning::new(what, "droplets are made of droplets.material, fog of droplets"));
     }
     let unknown: Vec<&str> =
         document.extensions_used.iter().map(String::as_str).filter(|n| !is_understood(n) && !is_harmless(n)).collect();
