@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::anyhow;
 
 use crate::scene::settings::{Effect, Switch};
-use crate::scene::suggest::nearest;
+use crate::suggest::closest;
 
 /// Reads the list; later entries win.
 pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
@@ -28,7 +28,7 @@ pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
 fn effect(name: &str) -> anyhow::Result<Effect> {
     let names = || Effect::ALL.iter().map(|(_, name)| *name);
     Effect::ALL.iter().find(|(_, known)| *known == name).map(|(effect, _)| *effect).ok_or_else(|| {
-        let hint = match nearest(name, names()) {
+        let hint = match closest(name, names()) {
             Some(known) => format!("did you mean `{known}`?"),
             None => format!("the effects are {}", names().collect::<Vec<_>>().join(", ")),
         };

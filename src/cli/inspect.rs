@@ -15,7 +15,7 @@ use crate::spectrum::{SpectralMode, SpectralSampling};
 
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
-    let scene = load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene, None)?;
     let effects = args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
     let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });

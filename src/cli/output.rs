@@ -9,7 +9,7 @@ use crate::film::{Layer, Wanted, develop};
 use crate::image::file::Existing;
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
 use crate::scene::model::Scene;
-use crate::scene::suggest::nearest;
+use crate::suggest::closest;
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::transport::{RenderOutcome, RenderRequest, Spectral, Until};
 
@@ -49,7 +49,7 @@ fn parse_aov(list: &str) -> anyhow::Result<Vec<Wanted>> {
         let found = all.iter().find(|(_, known)| *known == name).map(|(wanted, _)| vec![*wanted]);
         found.ok_or_else(|| {
             let names = || all.iter().map(|(_, known)| *known);
-            let hint = nearest(name, names()).map_or_else(
+            let hint = closest(name, names()).map_or_else(
                 || format!("the layers are {}, all", names().collect::<Vec<_>>().join(", ")),
                 |known| format!("did you mean `{known}`?"),
             );
@@ -79,7 +79,7 @@ impl Description {
             ("mieCloud:version".into(), text(env!("CARGO_PKG_VERSION").into())),
             ("mieCloud:scene".into(), text(scene.name.clone())),
             ("mieCloud:sceneHash".into(), text(scene.hash.clone())),
-            ("mieCloud:settings".into(), text(scene.settings.to_json())),
+            ("mieCloud:settings".into(), text(scene.settings.to_json().to_string())),
             ("mieCloud:spectralMode".into(), text(sampling.mode().to_string())),
             ("mieCloud:seed".into(), text(request.seed.to_string())),
         ];

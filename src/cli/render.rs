@@ -44,10 +44,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let verbosity = verbosity(args);
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     check_outputs(args, existing)?;
-    let mut scene = load_scene(&args.scene)?;
-    if let Some(resolution) = args.resolution {
-        scene.settings.image.resolution = resolution;
-    }
+    let scene = load_scene(&args.scene, args.resolution)?;
     let crop = crop(args, scene.settings.image.resolution)?;
     let effects = chosen_effects(args)?;
     let accuracy = args.accuracy.or(scene.settings.accuracy.target);

@@ -3,22 +3,21 @@
 use crate::cli::args::SceneArgs;
 use crate::cli::failure::Failure;
 use crate::cli::progress::Verbosity;
-use crate::scene::gltf::{LoadOptions, load};
 use crate::scene::model::Scene;
+use crate::scene::{LoadOptions, SceneError, load};
 use crate::warning::Warning;
 
-/// Reads the scene that the arguments name.
-pub fn load_scene(args: &SceneArgs) -> Result<Scene, Failure> {
+/// Reads the scene that the arguments name; `resolution` overrides its own.
+pub fn load_scene(args: &SceneArgs, resolution: Option<[u32; 2]>) -> Result<Scene, Failure> {
     let options = LoadOptions {
         settings: args.set.clone(),
         camera: args.camera.clone(),
         droplets_glob: args.droplets.clone(),
         radius_m: args.radius,
+        resolution,
         ..LoadOptions::default()
     };
-    load(&args.scene, &options).map_err(|error| {
-        if error.is_usage() { Failure::usage(error) } else { Failure::scene(error) }
-    })
+    load(&args.scene, &options).map_err(|error| if is_flags_fault(&error) { Failure::usage(error) } else { Failure::scene(error) })
 }
 
 /// Prints warnings to stderr, each once.

@@ -9,7 +9,8 @@ use thiserror::Error;
 use super::make_cloud;
 use crate::plan;
 use crate::scene::generate::{CloudShape, Content, GenerateError, Recipe};
-use crate::scene::gltf::{LoadOptions, load, write};
+use crate::scene::gltf::write;
+use crate::scene::{LoadOptions, SceneError, load};
 use crate::scene::model::ParticleKind;
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::transport::{
@@ -69,7 +70,7 @@ pub enum StudyError {
     Store { folder: std::path::PathBuf, source: std::io::Error },
     /// The scene could not be read back.
     #[error("cannot read the measured scene: {0}")]
-    Load(#[from] crate::scene::error::SceneError),
+    Load(#[from] SceneError),
     /// The scene could not be planned.
     #[error(transparent)]
     Plan(#[from] plan::PlanError),
