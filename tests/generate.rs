@@ -256,6 +256,7 @@ fn recipes_that_make_no_cloud_are_refused_with_the_flag_to_change() {
         (Recipe { content: Content::OpticalDepth(f64::NAN), ..parcels.clone() }, "--optical-depth"),
         (Recipe { content: Content::LiquidWaterGPerM3(-0.3), ..parcels.clone() }, "--liquid-water"),
         (Recipe { patchiness: 1.5, ..ball.clone() }, "--patchiness"),
+        (Recipe { overlap: f64::NAN, ..parcels.clone() }, "--overlap"),
         (Recipe { shape: CloudShape::Ball { diameter_m: 1e-4 }, ..ball.clone() }, "--size"),
         (Recipe { count: 1, content: Content::OpticalDepth(9.0), ..ball.clone() }, "--count"),
         (Recipe { shape: CloudShape::Ball { diameter_m: 1e-3 }, ..parcels.clone() }, "--kind droplets"),

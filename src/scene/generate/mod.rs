@@ -32,6 +32,7 @@ use noise::Patches;
 use random::{Purpose, stream, unit_f64};
 use sizes::Sizes;
 
+use crate::optics::material::Material;
 use crate::scene::model::ParticleKind;
 
 /// Makes the cloud of a recipe. `q_ext_550` gives the extinction efficiency at 550 nm of a droplet of a radius in metres.
@@ -106,10 +107,13 @@ fn drawn_radii(filling: &Filling, count: usize, metres_per_unit: f64) -> Vec<f32
     }
 }
 
-/// The scene's `extras.mie_cloud`: water with the recipe's distribution, and what the recipe sets itself.
+/// The scene's `extras.mie_cloud`: the droplets' material and distribution, and what the recipe sets itself. Tables stay
+/// out of it: scenes read no files from outside their folder.
 fn settings(recipe: &Recipe) -> Map<String, Value> {
     let mut droplets = Map::new();
-    droplets.insert("material".into(), "water".into());
+    if !matches!(recipe.material, Material::Table(_)) {
+        droplets.insert("material".into(), recipe.material.name().into());
+    }
     if let Some(text) = recipe::distribution_text(&recipe.distribution) {
         droplets.insert("distribution".into(), text.into());
     }
