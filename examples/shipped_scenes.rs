@@ -27,21 +27,21 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Radiation fog after sunrise: banks ten metres deep, seen from their edge, the sun low on the left, behind them.
 fn fog() -> Result<Recipe, Box<dyn Error>> {
-    let camera = CameraPlacement { position_m: [0.0, 1.5, 46.0], target_m: [0.0, 0.5, 0.0] };
+    let camera = CameraPlacement { position_m: [0.0, 6.0, 88.0], target_m: [0.0, 1.0, 0.0] };
     Ok(Recipe {
         count: 200_000,
         kind: ParticleKind::Parcel,
         distribution: SizeDistribution::parse("gamma:reff=6um,veff=0.1", &no_files)?,
-        content: Content::LiquidWaterGPerM3(0.1),
+        content: Content::LiquidWaterGPerM3(0.12),
         seed: 1,
         overlap: 1.0,
-        patchiness: 0.8,
-        view: View { camera: Some(camera), sun_elevation_deg: 14.0, sun_azimuth_deg: 38.0, ..View::default() },
+        patchiness: 1.0,
+        view: View { camera: Some(camera), sun_elevation_deg: 16.0, sun_azimuth_deg: 50.0, ..View::default() },
         settings: settings(json!({
             "accuracy": { "target": 0.1 },
             "background": { "radiance": [0.05, 0.07, 0.11] },
         })),
-        ..Recipe::new(CloudShape::new("slab", &[80.0, 10.0, 80.0])?)
+        ..Recipe::new(CloudShape::new("slab", &[160.0, 12.0, 160.0])?)
     })
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use mie_cloud::optics::distribution::{Shape, SizeDistribution};
+use mie_cloud::optics::material::Material;
 use mie_cloud::scene::generate::{Cloud, CloudShape, Content, Form, GenerateError, Recipe, generate};
 use mie_cloud::scene::model::ParticleKind;
 use statrs::distribution::{ContinuousCDF, Gamma, LogNormal};
@@ -165,6 +166,23 @@ fn parcels_share_out_the_liquid_water() {
         assert!(if patchiness == 0.0 { spread == 1.0 } else { spread > 4.0 }, "{spread}");
         assert!(cloud.droplet_radii_um.is_none());
     }
+}
+
+#[test]
+fn a_gram_of_ice_makes_more_particles_than_a_gram_of_water() {
+    let water = Recipe {
+        kind: ParticleKind::Parcel,
+        content: Content::LiquidWaterGPerM3(0.05),
+        ..Recipe::new(shape("box", &[50.0]))
+    };
+    let ice = Recipe { material: Material::Ice, ..water.clone() };
+    let (water, ice) = (make(&water), make(&ice));
+    // Densities at 20 C and 0 C, kg/m^3.
+    assert!((ice.summary.droplets / water.summary.droplets - 998.2 / 917.0).abs() < 1e-9);
+    assert_eq!(
+        (&water.settings["droplets"]["material"], &ice.settings["droplets"]["material"]),
+        (&"water".into(), &"ice".into())
+    );
 }
 
 #[test]

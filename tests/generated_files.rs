@@ -66,6 +66,22 @@ fn a_seed_is_a_file() {
 }
 
 #[test]
+fn a_cloud_is_the_same_for_any_number_of_threads() {
+    let recipe = Recipe { count: 150_000, patchiness: 0.3, ..Recipe::new(shape("ball", &[1.0])) };
+    let with_threads = |n| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+        pool.install(|| make(&recipe))
+    };
+    let cloud = with_threads(1);
+    assert_eq!(cloud, with_threads(3));
+    // The blocks that threads take are not copies of each other.
+    let mut positions: Vec<_> = cloud.positions.iter().map(|p| p.map(f32::to_bits)).collect();
+    positions.sort_unstable();
+    positions.dedup();
+    assert!(positions.len() > 149_900);
+}
+
+#[test]
 fn files_hold_every_particle_of_the_cloud() {
     for kind in [ParticleKind::Droplet, ParticleKind::Parcel] {
         let recipe = Recipe {
