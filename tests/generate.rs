@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use mie_cloud::optics::distribution::{Shape, SizeDistribution};
+use mie_cloud::optics::material::Material;
 use mie_cloud::scene::generate::{Cloud, CloudShape, Content, Form, GenerateError, Recipe, generate};
 use mie_cloud::scene::model::ParticleKind;
 use statrs::distribution::{ContinuousCDF, Gamma, LogNormal};
@@ -168,6 +169,23 @@ fn parcels_share_out_the_liquid_water() {
 }
 
 #[test]
+fn a_gram_of_ice_makes_more_particles_than_a_gram_of_water() {
+    let water = Recipe {
+        kind: ParticleKind::Parcel,
+        content: Content::LiquidWaterGPerM3(0.05),
+        ..Recipe::new(shape("box", &[50.0]))
+    };
+    let ice = Recipe { material: Material::Ice, ..water.clone() };
+    let (water, ice) = (make(&water), make(&ice));
+    // Densities at 20 C and 0 C, kg/m^3.
+    assert!((ice.summary.droplets / water.summary.droplets - 998.2 / 917.0).abs() < 1e-9);
+    assert_eq!(
+        (&water.settings["droplets"]["material"], &ice.settings["droplets"]["material"]),
+        (&"water".into(), &"ice".into())
+    );
+}
+
+#[test]
 fn parcels_have_the_optical_depth_that_was_asked_through_the_centre() {
     for (name, size) in [("ball", vec![8.0]), ("box", vec![8.0, 7.0, 9.0]), ("droplet", vec![3.0])] {
         let columns: Vec<f64> = (0..40)
@@ -256,6 +274,7 @@ fn recipes_that_make_no_cloud_are_refused_with_the_flag_to_change() {
         (Recipe { content: Content::OpticalDepth(f64::NAN), ..parcels.clone() }, "--optical-depth"),
         (Recipe { content: Content::LiquidWaterGPerM3(-0.3), ..parcels.clone() }, "--liquid-water"),
         (Recipe { patchiness: 1.5, ..ball.clone() }, "--patchiness"),
+        (Recipe { overlap: f64::NAN, ..parcels.clone() }, "--overlap"),
         (Recipe { shape: CloudShape::Ball { diameter_m: 1e-4 }, ..ball.clone() }, "--size"),
         (Recipe { count: 1, content: Content::OpticalDepth(9.0), ..ball.clone() }, "--count"),
         (Recipe { shape: CloudShape::Ball { diameter_m: 1e-3 }, ..parcels.clone() }, "--kind droplets"),

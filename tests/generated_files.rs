@@ -2,7 +2,8 @@
 
 use mie_cloud::scene::generate::{Cloud, CloudShape, Content, Form, Recipe, generate};
 use mie_cloud::scene::gltf::write::{Container, WriteError, write, write_glb, write_gltf};
-use mie_cloud::scene::model::ParticleKind;
+use mie_cloud::scene::model::{ParticleKind, Scene};
+use mie_cloud::scene::{LoadOptions, load};
 use serde_json::Value;
 
 fn shape(name: &str, lengths_m: &[f64]) -> CloudShape {
@@ -63,6 +64,22 @@ fn a_seed_is_a_file() {
     // Frozen: when this changes, every recipe makes another cloud.
     let recipe = Recipe { count: 2, seed: 42, ..Recipe::new(shape("box", &[100.0])) };
     assert_eq!(make(&recipe).positions, [[38.9437, -60.448044, 61.50482], [-24.618763, 14.556867, -6.418427]]);
+}
+
+#[test]
+fn a_cloud_is_the_same_for_any_number_of_threads() {
+    let recipe = Recipe { count: 150_000, patchiness: 0.3, ..Recipe::new(shape("ball", &[1.0])) };
+    let with_threads = |n| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+        pool.install(|| make(&recipe))
+    };
+    let cloud = with_threads(1);
+    assert_eq!(cloud, with_threads(3));
+    // The blocks that threads take are not copies of each other.
+    let mut positions: Vec<_> = cloud.positions.iter().map(|p| p.map(f32::to_bits)).collect();
+    positions.sort_unstable();
+    positions.dedup();
+    assert!(positions.len() > 149_900);
 }
 
 #[test]
@@ -165,4 +182,51 @@ fn outputs_that_fail_and_names_that_say_nothing_are_errors() {
     assert!(matches!(Container::from_name("fog.GLB"), Ok(Container::Glb)));
     assert!(matches!(Container::from_name("a/fog.gltf"), Ok(Container::Gltf)));
     assert!(matches!(Container::from_name("fog.obj"), Err(WriteError::Extension { .. })));
+}
+
+#[test]
+fn the_scene_reader_finds_what_was_generated() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (kind, form, name) in [
+        (ParticleKind::Droplet, Form::Points, "ball"),
+        (ParticleKind::Droplet, Form::Instances, "slab"),
+        (ParticleKind::Parcel, Form::Points, "box"),
+        (ParticleKind::Parcel, Form::Instances, "ball"),
+        (ParticleKind::Droplet, Form::Points, "droplet"),
+        (ParticleKind::Parcel, Form::Instances, "droplet"),
+    ] {
+        let recipe = Recipe { count: 700, kind, form, ..Recipe::new(shape(name, &[3.0])) };
+        let cloud = make(&recipe);
+        for extension in ["glb", "gltf"] {
+            let path = folder.path().join("cloud").with_extension(extension);
+            let container = Container::from_name(extension_of(&path)).expect("a known extension");
+            let mut file = std::fs::File::create(&path).expect("a file");
+            write(&cloud, container, &mut file).expect("room on the disk");
+            assert_scene_is_cloud(&load(&path, &LoadOptions::default()).expect("a scene"), &cloud, &recipe);
+        }
+    }
+}
+
+fn extension_of(path: &std::path::Path) -> &str {
+    path.to_str().expect("a name in UTF-8")
+}
+
+fn assert_scene_is_cloud(scene: &Scene, cloud: &Cloud, recipe: &Recipe) {
+    assert_eq!(scene.warnings, []);
+    assert_eq!(scene.particles.len(), cloud.len());
+    // Four roundings to f32, 6e-8 each; positions are as exact as the largest of them.
+    let (tolerance, reach_m) = (2.4e-7, 2.4e-7 * recipe.shape.longest_m());
+    for (read, made) in scene.particles.iter().zip(cloud.particles()) {
+        assert!((read.center_m - made.center_m).abs().max_element() <= reach_m);
+        assert!((read.radius_m / made.radius_m - 1.0).abs() <= tolerance as f32);
+        assert!((read.droplet_radius_m - made.droplet_radius_m).abs() <= tolerance as f32 * made.droplet_radius_m);
+        assert_eq!((read.count, read.kind), (made.count, made.kind));
+        assert_eq!(scene.classes[usize::from(read.class)].distribution, recipe.distribution);
+    }
+    assert!((scene.camera.position_m - cloud.camera.position_m).length() < 1e-6 * cloud.camera.position_m.length());
+    let frame = scene.camera.world_from_camera - cloud.camera.world_from_camera;
+    assert!(frame.to_cols_array().iter().all(|difference| difference.abs() < 1e-6));
+    assert_eq!(scene.suns.len(), 1);
+    assert!((scene.suns[0].direction - cloud.sun.direction).length() < 1e-6);
+    assert_eq!(scene.suns[0].lux, cloud.sun.lux);
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::error::GenerateError;
-use super::random::{Purpose, stream, unit_f64};
+use super::random::{Purpose, make_blocks, unit_f64};
 use crate::optics::distribution::{Shape, SizeDistribution};
 use crate::optics::size_law::SizeLaw;
 
@@ -36,8 +36,8 @@ impl<'a> Sizes<'a> {
 
     /// Random radii, um.
     pub fn sample_um(&self, count: usize, seed: u64) -> Vec<f32> {
-        let mut rng = stream(seed, Purpose::Sizes);
-        (0..count).map(|_| (self.law.quantile(unit_f64(&mut rng)) * 1e6) as f32).collect()
+        let law = &self.law;
+        make_blocks(count, seed, Purpose::Sizes, |rng| (law.quantile(unit_f64(rng)) * 1e6) as f32)
     }
 
     /// Mean volume of a droplet, m^3.
