@@ -84,18 +84,8 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     } else if suns.iter().all(|sun| sun.lux == 0.0) {
         warnings.push(Warning::new("no directional light has an intensity above 0", "set it in lux"));
     }
-    let mut scene = Scene {
-        name,
-        particles,
-        fog_balls,
-        fog_boxes,
-        classes,
-        camera,
-        suns,
-        settings,
-        warnings,
-        hash: String::new(),
-    };
+    let mut scene =
+        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
     scene.hash = content_hash(&scene);
     Ok(scene)
 }
