@@ -109,11 +109,17 @@ impl Waves {
         let (w0, w1) = (lend(&mut self.w0_re, last + 1), lend(&mut self.w1_re, last + 1));
         let mut rows = w0.iter_mut().zip(w1).rev();
         let mut interior = RealInterior::new(sphere.m.re * sphere.x, last);
-        fill_exterior(sphere.x, psi, chi, || {
-            if let Some((w0, w1)) = rows.next() {
-                (*w0, *w1) = interior.step();
-            }
-        });
+        fill_exterior(
+            sphere.x,
+            psi,
+            chi,
+            #[inline(always)]
+            || {
+                if let Some((w0, w1)) = rows.next() {
+                    (*w0, *w1) = interior.step();
+                }
+            },
+        );
     }
 
     #[inline(always)]
@@ -123,12 +129,18 @@ impl Waves {
         let (w1_re, w1_im) = (lend(&mut self.w1_re, last + 1), lend(&mut self.w1_im, last + 1));
         let mut rows = w0_re.iter_mut().zip(w0_im).zip(w1_re.iter_mut().zip(w1_im)).rev();
         let mut interior = ComplexInterior::new(sphere.m * sphere.x, last);
-        fill_exterior(sphere.x, psi, chi, || {
-            if let Some(((w0_re, w0_im), (w1_re, w1_im))) = rows.next() {
-                let (w0, w1) = interior.step();
-                (*w0_re, *w0_im, *w1_re, *w1_im) = (w0.re, w0.im, w1.re, w1.im);
-            }
-        });
+        fill_exterior(
+            sphere.x,
+            psi,
+            chi,
+            #[inline(always)]
+            || {
+                if let Some(((w0_re, w0_im), (w1_re, w1_im))) = rows.next() {
+                    let (w0, w1) = interior.step();
+                    (*w0_re, *w0_im, *w1_re, *w1_im) = (w0.re, w0.im, w1.re, w1.im);
+                }
+            },
+        );
     }
 
     /// p_b by its own downward recurrence, theory (10): no difference of close numbers at m -> 1.
