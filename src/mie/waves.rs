@@ -146,7 +146,9 @@ impl Waves {
     /// p_b by its own downward recurrence, theory (10): no difference of close numbers at m -> 1.
     fn sum_real(&mut self, sphere: &Sphere, last: usize) {
         let pb = lend(&mut self.pb_re, last + 1);
-        let (m, inv_m, one_minus_m2) = (sphere.m.re, sphere.inv_m.re, sphere.one_minus_m2.re);
+        let (m, one_minus_m2) = (sphere.m.re, sphere.one_minus_m2.re);
+        // Factors 1/m and m as 1 + shift: a rounded factor would add up over n_terms orders.
+        let shift = if m >= 1.0 { (1.0 - m) / m } else { m - 1.0 };
         let (mut p, mut w0_above) = (0.0, 0.0);
         for n in (1..=last).rev() {
             let (w0, w1) = (self.w0_re[n], self.w1_re[n]);
@@ -155,9 +157,10 @@ impl Waves {
                 p *= w1 / w0_above;
             }
             p = if m >= 1.0 {
-                (p + one_minus_m2 * w1 * self.psi[n]) * inv_m
+                let sum = p + one_minus_m2 * w1 * self.psi[n];
+                sum + sum * shift
             } else {
-                p * m + one_minus_m2 * w0 * self.psi[n + 1]
+                p + (p * shift + one_minus_m2 * w0 * self.psi[n + 1])
             };
             pb[n] = p;
             w0_above = w0;
@@ -168,6 +171,7 @@ impl Waves {
     fn sum_complex(&mut self, sphere: &Sphere, last: usize) {
         let (pb_re, pb_im) = (lend(&mut self.pb_re, last + 1), lend(&mut self.pb_im, last + 1));
         let outside = sphere.m.norm_sqr() >= 1.0;
+        let shift = if outside { (1.0 - sphere.m) * sphere.inv_m } else { sphere.m - 1.0 };
         let (mut p, mut above) = (Complex64::default(), Complex64::default());
         for n in (1..=last).rev() {
             let w0 = Complex64::new(self.w0_re[n], self.w0_im[n]);
@@ -177,9 +181,10 @@ impl Waves {
                 p *= scale;
             }
             p = if outside {
-                (p + sphere.one_minus_m2 * w1 * self.psi[n]) * sphere.inv_m
+                let sum = p + sphere.one_minus_m2 * w1 * self.psi[n];
+                sum + sum * shift
             } else {
-                p * sphere.m + sphere.one_minus_m2 * w0 * self.psi[n + 1]
+                p + (p * shift + sphere.one_minus_m2 * w0 * self.psi[n + 1])
             };
             (pb_re[n], pb_im[n]) = (p.re, p.im);
             above = w0;
