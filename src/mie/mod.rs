@@ -9,10 +9,11 @@ mod angular;
 mod coefficients;
 pub mod domain;
 mod efficiencies;
+mod exterior;
 mod interior;
-mod riccati;
 mod solver;
 mod terms;
+mod waves;
 
 pub use amplitudes::IntensitySum;
 pub use angles::Angles;
@@ -49,7 +50,7 @@ pub struct Efficiencies {
     pub q_back: f64,
     /// Radiation pressure efficiency, q_ext - g q_sca.
     pub q_pr: f64,
-    /// Asymmetry parameter, the mean cosine of the scattering angle.
+    /// Asymmetry parameter, the mean cosine of the scattering angle; 0 where nothing is scattered (m = 1).
     pub g: f64,
     /// Number of partial waves that were summed.
     pub n_terms: usize,

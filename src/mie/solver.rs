@@ -1,13 +1,15 @@
 //! Solving spheres: the checked entry points and the scratch memory they share.
 
 use num_complex::Complex64;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{
     Efficiencies, MieError, Series,
-    coefficients::{Block, Waves},
+    coefficients::{BLOCK, Block},
     domain,
     efficiencies::Sums,
+    terms::n_terms,
+    waves::Waves,
 };
 
 /// Scratch memory for one thread that solves many spheres: it grows to the largest and is then reused.
@@ -40,15 +42,7 @@ impl Solver {
     /// [`MieError`] if `x` or `m` lies outside the domain.
     pub fn efficiencies(&mut self, x: f64, m: Complex64) -> Result<Efficiencies, MieError> {
         domain::check(x, m)?;
-        let waves = &mut self.waves;
-        Ok(Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut sums = Sums::default();
-                let n_terms = waves.visit_blocks(x, m, |block| sums.add(block));
-                sums.finish(x, n_terms)
-            },
-        ))
+        Ok(Arch::new().dispatch(Solve { waves: &mut self.waves, x, m, a: &mut [], b: &mut [] }))
     }
 
     /// Scattering coefficients of the sphere of size parameter `x` and relative index `m`.
@@ -57,35 +51,49 @@ impl Solver {
     /// [`MieError`] if `x` or `m` lies outside the domain.
     pub fn series(&mut self, x: f64, m: Complex64) -> Result<Series, MieError> {
         domain::check(x, m)?;
-        let waves = &mut self.waves;
-        let mut series = Series { x, m, a: Vec::new(), b: Vec::new(), efficiencies: Sums::default().finish(x, 0) };
-        series.efficiencies = Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut sums = Sums::default();
-                let (a, b) = (&mut series.a, &mut series.b);
-                let n_terms = waves.visit_blocks(x, m, |block| {
-                    sums.add(block);
-                    store(block, a, b);
-                });
-                sums.finish(x, n_terms)
-            },
-        );
-        Ok(series)
+        let zeros = vec![Complex64::default(); n_terms(x)];
+        let (mut a, mut b) = (zeros.clone(), zeros);
+        let efficiencies = Arch::new().dispatch(Solve { waves: &mut self.waves, x, m, a: &mut a, b: &mut b });
+        Ok(Series { x, m, a, b, efficiencies })
     }
 }
 
-/// Writes a block into the coefficient arrays, which the first (highest) block sizes.
-#[inline(always)]
-fn store(block: &Block, a: &mut Vec<Complex64>, b: &mut Vec<Complex64>) {
-    let end = block.first - 1 + block.len;
-    if a.len() < end {
-        a.resize(end, Complex64::default());
-        b.resize(end, Complex64::default());
+/// Solves a sphere; keeps the coefficients if `a` and `b` have room for them.
+struct Solve<'a> {
+    waves: &'a mut Waves,
+    x: f64,
+    m: Complex64,
+    a: &'a mut [Complex64],
+    b: &'a mut [Complex64],
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = Efficiencies;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Efficiencies {
+        let mut sums = Sums::new();
+        let n_terms = self.waves.visit_blocks(
+            self.x,
+            self.m,
+            #[inline(always)]
+            |block| {
+                sums.add(block);
+                store(block, self.a, self.b);
+            },
+        );
+        sums.finish(self.x, n_terms)
     }
-    for i in 0..block.len {
-        a[block.first - 1 + i] = Complex64::new(block.a_re[i], block.a_im[i]);
-        b[block.first - 1 + i] = Complex64::new(block.b_re[i], block.b_im[i]);
+}
+
+/// Writes those orders of a block that the series keeps.
+#[inline(always)]
+fn store(block: &Block, a: &mut [Complex64], b: &mut [Complex64]) {
+    let from = (block.first - 1).min(a.len());
+    let to = a.len().min(from + BLOCK);
+    for (i, (a, b)) in a[from..to].iter_mut().zip(&mut b[from..to]).enumerate() {
+        *a = Complex64::new(block.a_re[i], block.a_im[i]);
+        *b = Complex64::new(block.b_re[i], block.b_im[i]);
     }
 }
 
