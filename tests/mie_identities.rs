@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use mie_cloud::mie::{Angles, IntensitySum, MieError, Series, Solver, domain, efficiencies};
+use mie_cloud::mie::{Angles, IntensitySum, MieError, ScatteringMatrix, Series, Solver, domain, efficiencies};
 use num_complex::Complex64;
 use proptest::prelude::*;
 
@@ -118,6 +118,19 @@ proptest! {
         // The sum of N terms of about sqrt(q_ext) x each, alternating in sign.
         let back = 4.0 * s1[1].norm_sqr() / (x * x);
         prop_assert!((back - q.q_back).abs() <= 1e-10 * q.q_back + 1e-13 * q.q_sca, "{} {}", back, q.q_back);
+    }
+
+    #[test]
+    fn spheres_keep_polarised_light_polarised(x in log_uniform(1e-3, 1e3), m in index(), theta in 0.0..PI) {
+        let (mut s1, mut s2) = ([Complex64::default()], [Complex64::default()]);
+        Series::new(x, m).unwrap().amplitudes(&[theta], &mut s1, &mut s2).unwrap();
+        let f = ScatteringMatrix::from_amplitudes(s1[0], s2[0]);
+        // Bohren & Huffman (1983), eq. 4.77 as printed, and S11^2 = S12^2 + S33^2 + S34^2.
+        let i = Complex64::i();
+        let s34 = 0.5 * i * (s1[0] * s2[0].conj() - s2[0] * s1[0].conj());
+        let total = f.s12 * f.s12 + f.s33 * f.s33 + f.s34 * f.s34;
+        prop_assert!((f.s34 - s34.re).abs() <= 1e-14 * f.s11);
+        prop_assert!((total - f.s11 * f.s11).abs() <= 1e-13 * f.s11 * f.s11);
     }
 
     #[test]
