@@ -205,3 +205,72 @@ fn tables_of_a_fog_at_eight_wavelengths_take_a_fraction_of_a_second() {
     // A hundred times what is usual: a bound against mistakes, not a benchmark.
     assert!(start.elapsed().as_secs() < 30);
 }
+
+#[test]
+fn hard_cases_give_finite_tables() {
+    let material = |n, k| Material::Constant { n, k };
+    let distribution = |text: &str| SizeDistribution::parse(text, &|name| Err(name.into())).expect(text);
+    let cases = [
+        (Material::Water, "mono:r=0.1nm"),
+        (Material::Water, "mono:r=10nm"),
+        (material(0.2, 3.5), "mono:r=2um"),
+        (material(1.0001, 0.0), "mono:r=3um"),
+        (material(10.0, 50.0), "mono:r=1um"),
+        (material(2.0, 0.0), "gamma:reff=6um,veff=0.000001"),
+        (Material::Ice, "gamma:reff=6um,veff=0.49"),
+        (Material::Water, "lognormal:rg=0.01um,sigma=1.2"),
+        (Material::Water, "gamma:reff=50um,veff=0.2"),
+        (Material::Water, "gamma:reff=2mm,veff=0.1"),
+    ];
+    for (material, text) in cases {
+        let classes = [DropletClass { material, distribution: distribution(text), ..class("mie") }];
+        let accuracy = AverageAccuracy { max_radii: 64, ..AverageAccuracy::picture() };
+        let small = TableSettings { size_parameter_cap: 1000.0, accuracy, ..settings(&[550e-9], None) };
+        let tables = OpticalTables::build(&BinPlan::of_distribution(&classes[0]), &classes, &small).expect(text);
+        let optics = tables.get(0, 0);
+        for value in [optics.c_ext_m2, optics.c_sca_m2, optics.q_ext, tables.bins[0].q_max, optics.phase.max_value()] {
+            assert!(value > 0.0 && value.is_finite(), "{text}: {optics:?}");
+        }
+        assert!((0.0..=1.0).contains(&optics.albedo), "{text}: {}", optics.albedo);
+        let capped = !tables.warnings.is_empty();
+        let difference = (optics.phase.mean_cosine() - optics.g).abs();
+        assert!(difference < if capped { 0.02 } else { 0.01 }, "{text}: {difference}");
+        for i in 0..100 {
+            let h = optics.phase.sample(f64::from(i) / 100.0);
+            assert!((0.0..=2.0).contains(&h) && optics.phase.eval(h) > 0.0, "{text}: {h}");
+        }
+    }
+}
+
+#[test]
+fn bins_of_a_cloud_add_up_to_its_distribution() {
+    let classes = [class("mie")];
+    let law = classes[0].distribution.law();
+    let radii: Vec<f32> = (0..100_000).map(|i| law.quantile((f64::from(i) + 0.5) / 1e5) as f32).collect();
+    let droplet = |radius_m: &f32| DropletSize { class: 0, radius_m: *radius_m, count: 1.0 };
+    let plan = BinPlan::new(&classes, radii.iter().map(droplet), None);
+    let sliced = OpticalTables::build(&plan, &classes, &settings(&[550e-9], None)).expect("tables");
+    let whole = BinPlan::of_distribution(&classes[0]);
+    let whole = OpticalTables::build(&whole, &classes, &settings(&[550e-9], None)).expect("tables");
+    let whole = whole.get(0, 0);
+    // A droplet removes light over the Q_ext of its bin times its own area, as it does in pictures.
+    let mut counts = vec![0.0; plan.bins.len()];
+    let (mut c_ext, mut c_sca) = (0.0, vec![0.0; plan.bins.len()]);
+    for radius_m in &radii {
+        let bin = plan.bin_of(0, *radius_m) as usize;
+        let area_m2 = PI * f64::from(*radius_m).powi(2);
+        counts[bin] += 1.0;
+        c_ext += sliced.bins[bin].optics[0].q_ext * area_m2 / 1e5;
+        c_sca[bin] += sliced.bins[bin].optics[0].q_sca * area_m2 / 1e5;
+    }
+    assert!((c_ext / whole.c_ext_m2 - 1.0).abs() < 2e-3, "{}", c_ext / whole.c_ext_m2);
+    let total: f64 = c_sca.iter().sum();
+    for degrees in [0.0f64, 0.5, 2.0, 10.0, 40.0, 90.0, 120.0, 142.0, 165.0, 178.0, 180.0] {
+        let h = 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
+        let mixed: f64 =
+            sliced.bins.iter().zip(&c_sca).map(|(bin, c_sca)| c_sca / total * bin.optics[0].phase.eval(h)).sum();
+        let error = (mixed / whole.phase.eval(h) - 1.0).abs();
+        println!("{degrees}: {error:e}");
+        assert!(error < 0.02, "{degrees}: {error}");
+    }
+}
