@@ -36,7 +36,8 @@ impl Scene {
     /// # Errors
     /// Those of `per_droplet`; the scene is then filled in part.
     pub fn fill_fog<E>(
-        &mut self, mut per_droplet: impl FnMut(&DropletClass, Option<f64>) -> Result<PerDroplet, E>,
+        &mut self,
+        mut per_droplet: impl FnMut(&DropletClass, Option<f64>) -> Result<PerDroplet, E>,
     ) -> Result<(), E> {
         let mut known: HashMap<KindOfDroplet, PerDroplet> = HashMap::new();
         let classes = &self.classes;

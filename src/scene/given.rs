@@ -97,7 +97,8 @@ impl<'a> Given<'a> {
 
     /// Reads text by one of the parsers of `optics`, which asks for the files that it names.
     pub fn parse<T, E: std::fmt::Display>(
-        &self, parse: impl Fn(&str, crate::optics::ReadText) -> Result<T, E>,
+        &self,
+        parse: impl Fn(&str, crate::optics::ReadText) -> Result<T, E>,
     ) -> Fit<T> {
         let folder = self.folder;
         parse(&self.text()?, &|name: &str| folder.read_text(name)).map_err(|e| Misfit(e.to_string()))

@@ -35,7 +35,9 @@ mod tests {
 
     #[test]
     fn stars_and_question_marks() {
-        for (pattern, name) in [("*", ""), ("Drop*", "Droplet.001"), ("*let*", "Droplet"), ("?x?", "axb"), ("a*b*c", "aXbYbc")] {
+        for (pattern, name) in
+            [("*", ""), ("Drop*", "Droplet.001"), ("*let*", "Droplet"), ("?x?", "axb"), ("a*b*c", "aXbYbc")]
+        {
             assert!(matches(pattern, name), "{pattern} {name}");
         }
         for (pattern, name) in [("", "a"), ("Drop", "Droplet"), ("?", ""), ("a*b", "abc"), ("Drop*", "drop")] {

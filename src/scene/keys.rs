@@ -111,9 +111,7 @@ fn air_phase(settings: &mut Settings, given: &Given) -> Fit<()> {
             }
             AirPhase::HenyeyGreenstein { g }
         }
-        Some(("mie", distribution)) => {
-            AirPhase::Haze(given.with(&distribution.into()).parse(SizeDistribution::parse)?)
-        }
+        Some(("mie", distribution)) => AirPhase::Haze(given.with(&distribution.into()).parse(SizeDistribution::parse)?),
         _ => return Err("is not a phase function of air".into()),
     };
     Ok(())

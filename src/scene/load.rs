@@ -25,7 +25,7 @@ pub struct LoadOptions {
     pub radius_m: Option<f64>,
     /// `--resolution`: wins over `image.resolution`, also for framing; pixels, each at least 1.
     pub resolution: Option<[u32; 2]>,
-    /// `--memory-limit`: what particles and fog boxes may take; by default 32 MiB and 12 bytes for each of the files'.
+    /// `--memory-limit`: what particles and fog boxes may take; by default 24 MiB and 12 bytes for each of the files'.
     pub memory_limit_bytes: Option<u64>,
 }
 
@@ -84,18 +84,8 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     } else if suns.iter().all(|sun| sun.lux == 0.0) {
         warnings.push(Warning::new("no directional light has an intensity above 0", "set it in lux"));
     }
-    let mut scene = Scene {
-        name,
-        particles,
-        fog_balls,
-        fog_boxes,
-        classes,
-        camera,
-        suns,
-        settings,
-        warnings,
-        hash: String::new(),
-    };
+    let mut scene =
+        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
     scene.hash = content_hash(&scene);
     Ok(scene)
 }

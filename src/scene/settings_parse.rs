@@ -96,7 +96,8 @@ pub fn entries_of_flag(key: &str, text: &str) -> SceneResult<Entries> {
     let key = key.trim();
     let key = key.strip_prefix("mie_cloud.").unwrap_or(key);
     let value = if text.trim_start().starts_with(['{', '[', '"']) {
-        serde_json::from_str(text).map_err(|e| SceneError::at(format!("--set {key}"), SceneFault::Json(e.to_string())))?
+        serde_json::from_str(text)
+            .map_err(|e| SceneError::at(format!("--set {key}"), SceneFault::Json(e.to_string())))?
     } else {
         Value::String(text.into())
     };
@@ -124,7 +125,11 @@ fn flatten(prefix: &str, value: Value, entries: &mut Entries) {
 /// # Errors
 /// For unknown keys, with the nearest known one, and for values that do not fit.
 pub fn apply<T>(
-    target: &mut T, keys: &[&[Key<T>]], entries: &Entries, folder: &Folder, element: &str,
+    target: &mut T,
+    keys: &[&[Key<T>]],
+    entries: &Entries,
+    folder: &Folder,
+    element: &str,
 ) -> SceneResult<()> {
     for (name, value) in entries {
         let name = canonical(name);

@@ -2,9 +2,9 @@
 //!
 //! An accessor is a view: nothing is copied or allocated, so a count alone costs no memory.
 
+use glam::{DQuat, DVec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
-use glam::{DQuat, DVec3};
 
 use super::budget::Budget;
 use super::buffers::{Buffers, View, slice};
@@ -103,7 +103,12 @@ impl<'a> Accessors<'a, '_> {
     }
 
     fn sparse(
-        &self, sparse: &document::Sparse, of: u64, size: usize, component: ComponentType, element: &str,
+        &self,
+        sparse: &document::Sparse,
+        of: u64,
+        size: usize,
+        component: ComponentType,
+        element: &str,
     ) -> SceneResult<Sparse<'a>> {
         let element = format!("{element}.sparse");
         let Checked::Valid(index) = &sparse.indices.component_type else {
@@ -114,7 +119,8 @@ impl<'a> Accessors<'a, '_> {
             return Err(wrong(&element, format!("it replaces {} of {of} elements", sparse.count), "1 up to the count"));
         }
         let view = self.buffers.view(sparse.indices.buffer_view, &element)?;
-        let indices = strided(&tight(view), sparse.indices.byte_offset, sparse.count, index.0.size(), index.0, &element)?;
+        let indices =
+            strided(&tight(view), sparse.indices.byte_offset, sparse.count, index.0.size(), index.0, &element)?;
         let view = self.buffers.view(sparse.values.buffer_view, &element)?;
         let values = strided(&tight(view), sparse.values.byte_offset, sparse.count, size, component, &element)?;
         // Both views hold `count` elements, so it fits a usize.
@@ -181,7 +187,12 @@ fn tight(view: View<'_>) -> View<'_> {
 
 /// Checks that `count` elements of `size` bytes lie inside a view, and cuts it to them.
 fn strided<'b>(
-    view: &View<'b>, offset: u64, count: u64, size: usize, component: ComponentType, element: &str,
+    view: &View<'b>,
+    offset: u64,
+    count: u64,
+    size: usize,
+    component: ComponentType,
+    element: &str,
 ) -> SceneResult<Strided<'b>> {
     let stride = view.stride.unwrap_or(size as u64);
     if stride < size as u64 {
@@ -228,7 +239,11 @@ impl Sparse<'_> {
         if rises && self.index(self.count - 1) < of {
             return Ok(());
         }
-        Err(wrong(element, "its indices do not rise, or pass the end".into(), "strictly rising indices below the count"))
+        Err(wrong(
+            element,
+            "its indices do not rise, or pass the end".into(),
+            "strictly rising indices below the count",
+        ))
     }
 
     /// Which replacement stands for element `i`, if any.

@@ -81,7 +81,11 @@ impl<'a> ParticleAttributes<'a> {
     /// # Errors
     /// When an accessor is broken, no scalar, or of another count.
     pub fn read(
-        accessors: Accessors<'a, '_>, attributes: &Attributes, count: u64, of: &str, by: &str,
+        accessors: Accessors<'a, '_>,
+        attributes: &Attributes,
+        count: u64,
+        of: &str,
+        by: &str,
     ) -> SceneResult<Self> {
         let scalar = |index: Option<u32>, attribute: &'static str| -> SceneResult<Option<Accessor<'a>>> {
             let Some(index) = index else { return Ok(None) };

@@ -102,7 +102,11 @@ impl<'d> Classes<'d> {
     }
 
     fn parse<T, E: std::fmt::Display>(
-        &self, key: &str, text: &str, parse: impl Fn(&str, crate::optics::ReadText) -> Result<T, E>, element: &str,
+        &self,
+        key: &str,
+        text: &str,
+        parse: impl Fn(&str, crate::optics::ReadText) -> Result<T, E>,
+        element: &str,
     ) -> SceneResult<T> {
         parse(text, &|name: &str| self.folder.read_text(name)).map_err(|e| {
             let expected = format!("what droplets.{key} accepts");

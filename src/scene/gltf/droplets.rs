@@ -157,7 +157,11 @@ impl<'a> Collector<'a, '_> {
 
     /// Forms 2 and 3: spheres that stand for droplets, singly or as instances.
     fn take_spheres(
-        &mut self, placed: &Placed, mesh: &Mesh, marks: &Marks, surface: Option<&Surface>,
+        &mut self,
+        placed: &Placed,
+        mesh: &Mesh,
+        marks: &Marks,
+        surface: Option<&Surface>,
     ) -> SceneResult<()> {
         let element = &placed.visit.element;
         let bounds = mesh.bounds(self.accessors)?;
@@ -193,7 +197,11 @@ impl<'a> Collector<'a, '_> {
 
     /// Form 5: the mesh's bounding box, filled with fog, once for each instance.
     fn take_boxes(
-        &mut self, placed: &Placed, mesh: &Mesh, marks: &Marks, surface: Option<&Surface>,
+        &mut self,
+        placed: &Placed,
+        mesh: &Mesh,
+        marks: &Marks,
+        surface: Option<&Surface>,
     ) -> SceneResult<()> {
         let element = &placed.visit.element;
         let density = marks.density.ok_or_else(|| missing_density(element))?;
@@ -235,7 +243,11 @@ impl<'a> Collector<'a, '_> {
     }
 
     fn group(
-        &mut self, placed: &Placed, marks: &Marks, surface: Option<&Surface>, element: &str,
+        &mut self,
+        placed: &Placed,
+        marks: &Marks,
+        surface: Option<&Surface>,
+        element: &str,
     ) -> SceneResult<Group> {
         let class = self.classes.of(marks, surface, &placed.visit.element)?;
         Ok(Group::new(element, class, marks, self.particles.len()))

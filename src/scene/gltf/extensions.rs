@@ -13,7 +13,8 @@ const UNDERSTOOD: [&str; 5] = [
 ];
 
 /// Change how surfaces and images look, and so nothing that is rendered here.
-const HARMLESS_PREFIXES: [&str; 5] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "ADOBE_materials_"];
+const HARMLESS_PREFIXES: [&str; 5] =
+    ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "ADOBE_materials_"];
 const HARMLESS: [&str; 4] = ["KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld", "EXT_lights_image_based"];
 
 /// Whether an extension is read.

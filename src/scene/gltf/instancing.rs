@@ -1,7 +1,7 @@
 //! EXT_mesh_gpu_instancing: the transforms of a node's instances, and what each carries besides.
 
-use gltf::json::accessor::Type;
 use glam::{DAffine3, DQuat, DVec3};
+use gltf::json::accessor::Type;
 
 use super::accessors::{Accessor, Accessors, Allowed, Use};
 use super::attributes::{Attributes, ParticleAttributes};

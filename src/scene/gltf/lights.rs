@@ -17,7 +17,12 @@ const BRIGHTEST_LUX: f64 = 1e12;
 /// # Errors
 /// When the light does not exist or is out of range.
 pub fn take(
-    document: &Document, folder: &Folder, visit: &Visit, marks: LightMarks, suns: &mut Vec<Sun>, notes: &mut Unrendered,
+    document: &Document,
+    folder: &Folder,
+    visit: &Visit,
+    marks: LightMarks,
+    suns: &mut Vec<Sun>,
+    notes: &mut Unrendered,
 ) -> SceneResult<()> {
     let Some(reference) = &visit.node.extensions.light else { return Ok(()) };
     let none = document::Elements::default();

@@ -64,9 +64,8 @@ impl<'d> Surfaces<'d> {
 const DEFAULT_IOR: f64 = 1.5;
 
 fn refraction(ior: f64, dispersion: f64, element: &str) -> SceneResult<Material> {
-    let range = |what: &str, value, expected| {
-        SceneError::at(element, SceneFault::Range { what: what.into(), value, expected })
-    };
+    let range =
+        |what: &str, value, expected| SceneError::at(element, SceneFault::Range { what: what.into(), value, expected });
     // The extension allows 0 as a stand-in for an infinite index, of which no droplet can be made.
     if !(1.0..=20.0).contains(&ior) {
         return Err(range("KHR_materials_ior.ior", ior, "1 to 20"));

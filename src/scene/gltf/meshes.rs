@@ -3,9 +3,9 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
+use glam::DVec3;
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
-use glam::DVec3;
 
 use super::accessors::Accessors;
 use super::attributes::Attributes;
@@ -143,8 +143,7 @@ impl Mesh {
         if mode == Mode::Points {
             self.points.push(Points { primitive: k, attributes, material: primitive.material });
         } else {
-            let solid =
-                self.solid.get_or_insert_with(|| Solid { positions: Vec::new(), material: primitive.material });
+            let solid = self.solid.get_or_insert_with(|| Solid { positions: Vec::new(), material: primitive.material });
             solid.positions.extend(attributes.position);
         }
         Ok(())

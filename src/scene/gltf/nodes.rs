@@ -23,7 +23,10 @@ pub struct Visit<'a> {
 /// # Errors
 /// When the graph is no forest, a transform is not finite, or `each` fails.
 pub fn walk<'a>(
-    document: &'a Document<'a>, roots: &[u32], scene: &str, mut each: impl FnMut(Visit<'a>) -> SceneResult<()>,
+    document: &'a Document<'a>,
+    roots: &[u32],
+    scene: &str,
+    mut each: impl FnMut(Visit<'a>) -> SceneResult<()>,
 ) -> SceneResult<()> {
     check_forest(document, roots, scene)?;
     // A frame is a list of siblings, the next of them to visit, and their parent's transform.
@@ -153,7 +156,10 @@ pub fn length_scale(linear: DMat3, element: &str) -> SceneResult<(f64, Uniformit
     // A determinant that is zero next to the axes' lengths leaves no volume to put a sphere in.
     if !(scale.is_finite() && smallest > 0.0 && scale > 1e-9 * a.max(b).max(c)) {
         let what = "its scale (cube root of the determinant)".into();
-        return Err(SceneError::at(element, SceneFault::Range { what, value: scale, expected: "a scale that is not 0" }));
+        return Err(SceneError::at(
+            element,
+            SceneFault::Range { what, value: scale, expected: "a scale that is not 0" },
+        ));
     }
     // 1e-4: single-precision rotations and scales that exporters round deviate by less.
     let product = a * b * c;

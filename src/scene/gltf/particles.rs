@@ -100,7 +100,10 @@ fn check_radii(radii: &Accessor) -> SceneResult<()> {
         let radius = radii.scalar(i)?;
         if radius < 0.0 {
             let what = format!("radius {i}");
-            return Err(SceneError::at(radii.element(), SceneFault::Range { what, value: radius, expected: "above 0" }));
+            return Err(SceneError::at(
+                radii.element(),
+                SceneFault::Range { what, value: radius, expected: "above 0" },
+            ));
         }
         zeros += u64::from(radius == 0.0);
     }
@@ -137,7 +140,12 @@ impl Particles {
     /// # Errors
     /// When a number is out of range.
     pub fn push(
-        &mut self, center_m: DVec3, i: u64, source: &Source, classes: &mut Classes, notes: &mut Unrendered,
+        &mut self,
+        center_m: DVec3,
+        i: u64,
+        source: &Source,
+        classes: &mut Classes,
+        notes: &mut Unrendered,
     ) -> SceneResult<()> {
         let group = source.group;
         let radius_m = source.drawn_radius_m(i)?;

@@ -40,8 +40,12 @@ impl Kind {
                 "not rendered",
                 "give them one with --radius",
             ],
-            Kind::OtherLight => ["point or spot light", "point and spot lights", "not rendered", "use directional lights"],
-            Kind::SkinnedNode => ["skinned node", "skinned nodes", "placed by its own transform; the skin is left out", ""],
+            Kind::OtherLight => {
+                ["point or spot light", "point and spot lights", "not rendered", "use directional lights"]
+            }
+            Kind::SkinnedNode => {
+                ["skinned node", "skinned nodes", "placed by its own transform; the skin is left out", ""]
+            }
             Kind::MorphTarget => ["mesh with morph targets", "meshes with morph targets", "read without them", ""],
             Kind::EmptyMark => [
                 "node marked as droplet or fog has no mesh",
@@ -61,7 +65,9 @@ impl Kind {
                 "left out",
                 "check whether a quantiser rounded the radii",
             ],
-            Kind::ZeroCount => ["particle with a _DROPLET_COUNT of 0", "particles with a _DROPLET_COUNT of 0", "left out", ""],
+            Kind::ZeroCount => {
+                ["particle with a _DROPLET_COUNT of 0", "particles with a _DROPLET_COUNT of 0", "left out", ""]
+            }
             Kind::ShrunkDroplet => [
                 "droplet drawn smaller than it is",
                 "droplets drawn smaller than they are",

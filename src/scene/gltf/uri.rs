@@ -1,8 +1,8 @@
 //! URIs as glTF uses them: embedded `data:` or a percent-encoded relative path; everything else is refused.
 
 use base64::Engine;
-use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 
 use crate::scene::error::{SceneFault, excerpt};
 
@@ -92,7 +92,9 @@ mod tests {
 
     #[test]
     fn data_uris_are_decoded() {
-        for uri in ["data:application/octet-stream;base64,AAEC", "data:;base64,AAEC", "DATA:;BASE64,AAEC", "data:,%00%01%02"] {
+        for uri in
+            ["data:application/octet-stream;base64,AAEC", "data:;base64,AAEC", "DATA:;BASE64,AAEC", "data:,%00%01%02"]
+        {
             assert_eq!(parse(uri).ok(), Some(Target::Embedded(vec![0, 1, 2])), "{uri}");
         }
         assert_eq!(parse("data:;base64,AAE").ok(), Some(Target::Embedded(vec![0, 1])));
