@@ -18,9 +18,7 @@ fn value(x: i32, y: i32, channel: usize) -> f32 {
 }
 
 fn plane(frame: Frame, width: u32, height: u32, channel: usize) -> Vec<f32> {
-    (0..height as i32)
-        .flat_map(|y| (0..width as i32).map(move |x| value(frame.x + x, frame.y + y, channel)))
-        .collect()
+    (0..height as i32).flat_map(|y| (0..width as i32).map(move |x| value(frame.x + x, frame.y + y, channel))).collect()
 }
 
 fn test_picture(width: u32, height: u32, frame: Frame) -> Picture {

@@ -5,9 +5,11 @@
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
 pub mod accel;
+pub mod film;
 pub mod image;
 pub mod mie;
 pub mod optics;
+pub mod plan;
 pub mod scene;
 pub mod spectrum;
 pub mod suggest;

@@ -58,16 +58,23 @@ fn check_file(text: &str) -> Vec<String> {
         let rms = (want.iter().flatten().map(|s| s.norm_sqr()).sum::<f64>() / (2 * angles.len()) as f64).sqrt();
         for (key, got, want) in [("S1", &s1, &want[0]), ("S2", &s2, &want[1])] {
             for i in 0..angles.len() {
-                let cond = case["cond_x"][key][i].as_f64().unwrap_or(0.0) + case["cond_m"][key][i].as_f64().unwrap_or(0.0);
+                let cond =
+                    case["cond_x"][key][i].as_f64().unwrap_or(0.0) + case["cond_m"][key][i].as_f64().unwrap_or(0.0);
                 let tolerance = amplitude_tolerance(x).max(4.0 * f64::EPSILON * cond * want[i].norm() / rms);
                 worst.push((key, (got[i] - want[i]).norm() / rms / tolerance, tolerance));
             }
         }
         if std::env::var("SHOW").is_ok() {
-            let w: Vec<String> = ["Qext", "Qsca", "Qabs", "g", "Qback", "S1", "S2"].iter().map(|k| {
-                let e = worst.iter().filter(|w| w.0 == *k).fold((0.0, 0.0), |a: (f64, f64), w| if w.1 > a.0 { (w.1, w.1 * w.2) } else { a });
-                format!("{k} {:.1e}/{:.2}", e.1, e.0)
-            }).collect();
+            let w: Vec<String> = ["Qext", "Qsca", "Qabs", "g", "Qback", "S1", "S2"]
+                .iter()
+                .map(|k| {
+                    let e = worst
+                        .iter()
+                        .filter(|w| w.0 == *k)
+                        .fold((0.0, 0.0), |a: (f64, f64), w| if w.1 > a.0 { (w.1, w.1 * w.2) } else { a });
+                    format!("{k} {:.1e}/{:.2}", e.1, e.0)
+                })
+                .collect();
             println!("{x:>10.4e} {m} N={} {}", q.n_terms, w.join(" "));
         }
         for (key, ratio, tolerance) in worst {

@@ -2,8 +2,8 @@
 # Reads our OpenEXR files with PyPI's OpenEXR and OpenImageIO and compares every channel, name and attribute.
 #
 # usage: .ci/interop/exr.sh [FILE.exr...]
-# Without files: pictures whose values follow from a formula. Files given in addition, such as rendered ones, are
-# compared with what our own reader finds in them. Needs python3 with venv; installs pinned packages into target/.
+# Without files: pictures whose values follow from a formula. Files given in addition, such as rendered ones (absolute
+# paths, or relative to the repository), are compared with what our own reader finds in them. Needs python3 with venv; installs pinned packages into target/.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=${CARGO_TARGET_DIR:-target}/interop
@@ -19,10 +19,13 @@ if [ "$(cat "$venv/packages.txt" 2>/dev/null)" != "$packages" ]; then
 fi
 cargo run --quiet --example write_test_picture -- "$folder/exr"
 cargo build --quiet --example picture_dump
+n_given=$#
+n=0
 for file in "$folder"/exr/*.exr "$@"; do
-    dump=$folder/exr/$(basename "$file" .exr)
+    n=$((n + 1))
+    dump=$folder/exr/dump-$n
     cargo run --quiet --example picture_dump -- "$file" "$dump.bin" >"$dump.json"
     set -- "$@" "$file=$dump"
 done
-# What is left of the arguments are FILE=DUMP pairs; the plain file names before them are dropped.
+shift "$n_given" # only the pairs FILE=DUMP are left
 exec "$venv/bin/python" .ci/interop/exr_check.py "$folder/exr" "$@"

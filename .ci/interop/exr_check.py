@@ -172,9 +172,9 @@ def check_with_openimageio(path, expected):
           as_float32("float", expected["whiteLuminance"]))
     for name, (kind, value) in expected["attributes"].items():
         attribute = found.get(OIIO_NAMES.get(name, name))
-        check(f"{where} attribute {name}", plain(attribute.value) if attribute else None, as_float32(kind, value))
+        check(f"{where} attribute {name}", plain(attribute.value) if attribute is not None else None, as_float32(kind, value))
         kind = OIIO_TYPES[kind].format(len(value) if kind == "stringvector" else "")
-        check(f"{where} type of {name}", str(attribute.type) if attribute else None, kind)
+        check(f"{where} type of {name}", str(attribute.type) if attribute is not None else None, kind)
     known = {OIIO_NAMES.get(name, name) for name in STRUCTURE | set(expected["attributes"])}
     check(f"{where} no further attributes", sorted(n for n in set(found) - known if not n.startswith("oiio:")), [])
 
@@ -188,9 +188,8 @@ def main():
         (folder / "spectral.exr", from_formula(5, 18, spectrum=SPECTRUM)),
     ]
     for argument in sys.argv[2:]:
-        file, separator, dump = argument.partition("=")
-        if separator:
-            pictures.append((Path(file), from_dump(dump)))
+        file, _, dump = argument.rpartition("=")
+        pictures.append((Path(file), from_dump(dump)))
     for path, expected in pictures:
         check_with_openexr(path, expected)
         check_with_openimageio(path, expected)

@@ -127,7 +127,8 @@ fn find_target(path: &Path) -> Result<Target, FileError> {
     }
     let resolved = follow_links(path)?;
     // `a/` has the file name `a`: the text tells that a folder was meant.
-    let ends_open = path.as_os_str().as_encoded_bytes().last().is_some_and(|last| std::path::is_separator(*last as char));
+    let ends_open =
+        path.as_os_str().as_encoded_bytes().last().is_some_and(|last| std::path::is_separator(*last as char));
     if resolved.file_name().is_none() || ends_open {
         return Err(FileError::NoName(path.into()));
     }

@@ -211,9 +211,8 @@ impl Picture {
             }
         }
         let Frame { x, y, .. } = self.frame;
-        let far = |start: i32, side: u32| {
-            i64::from(start) <= -FARTHEST || i64::from(start) + i64::from(side) >= FARTHEST
-        };
+        let far =
+            |start: i32, side: u32| i64::from(start) <= -FARTHEST || i64::from(start) + i64::from(side) >= FARTHEST;
         if far(x, self.width) || far(y, self.height) {
             return Err(PictureError::Position { x, y });
         }

@@ -100,10 +100,7 @@ pub fn expose(luminances: &[f64]) -> Exposure {
 }
 
 fn colour<'a>(picture: &'a Picture, name: &'static str) -> Result<&'a [f32], PreviewError> {
-    picture
-        .channel(name)
-        .filter(|values| values.len() as u64 == picture.n_pixels())
-        .ok_or(PreviewError::Channel(name))
+    picture.channel(name).filter(|values| values.len() as u64 == picture.n_pixels()).ok_or(PreviewError::Channel(name))
 }
 
 fn luminances(red: &[f32], green: &[f32], blue: &[f32]) -> Vec<f64> {

@@ -52,7 +52,9 @@ mod tests {
 
     #[test]
     fn names_follow_the_layout_and_are_read_back() {
-        for (wavelength, name) in [(380.0, "S0.380,000000nm"), (412.5, "S0.412,500000nm"), (1000.25, "S0.1000,250000nm")] {
+        for (wavelength, name) in
+            [(380.0, "S0.380,000000nm"), (412.5, "S0.412,500000nm"), (1000.25, "S0.1000,250000nm")]
+        {
             assert_eq!(channel_name(wavelength), name);
             assert_eq!(wavelength_nm(name), Some(wavelength));
         }

@@ -167,12 +167,7 @@ fn wide<S: Simd>() -> bool {
 
 /// Calls `visit` with every vector of folded angles summed, and its index.
 #[inline(always)]
-fn for_each_vector<S: Simd>(
-    simd: S,
-    orders: &[OrderPair],
-    h: &[f64],
-    mut visit: impl FnMut(usize, Split<S::f64s>),
-) {
+fn for_each_vector<S: Simd>(simd: S, orders: &[OrderPair], h: &[f64], mut visit: impl FnMut(usize, Split<S::f64s>)) {
     let (vectors, _) = S::as_simd_f64s(h);
     let (pairs, rest) = if wide::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
     for (i, pair) in pairs.iter().enumerate() {
@@ -201,18 +196,25 @@ impl WithSimd for FoldedAmplitudes<'_> {
         let lanes = S::F64_LANES;
         let mut planes = vec![0.0; 8 * lanes];
         let out = self.out;
-        for_each_vector(simd, self.orders, self.h, |vector, split| {
-            let (slots, _) = S::as_mut_simd_f64s(&mut planes);
-            let (forward, backward) = (split.forward(simd), split.backward(simd));
-            for (slot, value) in slots.iter_mut().zip(forward.into_iter().chain(backward)) {
-                *slot = value;
-            }
-            for lane in 0..lanes {
-                for plane in 0..8 {
-                    out[vector * lanes + lane][plane] = planes[plane * lanes + lane];
+        for_each_vector(
+            simd,
+            self.orders,
+            self.h,
+            #[inline(always)]
+            |vector, split| {
+                let (slots, _) = S::as_mut_simd_f64s(&mut planes);
+                let (forward, backward) = (split.forward(simd), split.backward(simd));
+                for i in 0..4 {
+                    slots[i] = forward[i];
+                    slots[4 + i] = backward[i];
                 }
-            }
-        });
+                for lane in 0..lanes {
+                    for plane in 0..8 {
+                        out[vector * lanes + lane][plane] = planes[plane * lanes + lane];
+                    }
+                }
+            },
+        );
     }
 }
 
@@ -233,14 +235,23 @@ impl WithSimd for FoldedIntensities<'_> {
         let weight = simd.splat_f64s(self.half_weight);
         let (forward, _) = S::as_mut_simd_f64s(self.forward);
         let (backward, _) = S::as_mut_simd_f64s(self.backward);
-        for_each_vector(simd, self.orders, self.h, |vector, split| {
-            let add = |sum: S::f64s, s: [S::f64s; 4]| {
-                let [a, b, c, d] = s.map(|v| simd.mul_f64s(v, v));
-                let total = simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d));
-                simd.mul_add_e_f64s(weight, total, sum)
-            };
-            forward[vector] = add(forward[vector], split.forward(simd));
-            backward[vector] = add(backward[vector], split.backward(simd));
-        });
+        for_each_vector(
+            simd,
+            self.orders,
+            self.h,
+            #[inline(always)]
+            |vector, split| {
+                forward[vector] = add_intensity(simd, weight, forward[vector], split.forward(simd));
+                backward[vector] = add_intensity(simd, weight, backward[vector], split.backward(simd));
+            },
+        );
     }
+}
+
+/// `sum` plus `weight` (|S1|^2 + |S2|^2) from [S1 re, S1 im, S2 re, S2 im].
+#[inline(always)]
+fn add_intensity<S: Simd>(simd: S, weight: S::f64s, sum: S::f64s, [a, b, c, d]: [S::f64s; 4]) -> S::f64s {
+    let s1 = simd.mul_add_e_f64s(a, a, simd.mul_f64s(b, b));
+    let s2 = simd.mul_add_e_f64s(c, c, simd.mul_f64s(d, d));
+    simd.mul_add_e_f64s(weight, simd.add_f64s(s1, s2), sum)
 }

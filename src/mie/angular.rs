@@ -71,9 +71,16 @@ impl<V: Copy> Angular<V> {
 
 /// Sums a series at `W` vectors of folded angles `h`.
 #[inline(always)]
-pub(super) fn sum_orders<S: Simd, const W: usize>(simd: S, orders: &[OrderPair], h: [S::f64s; W]) -> [Split<S::f64s>; W] {
+pub(super) fn sum_orders<S: Simd, const W: usize>(
+    simd: S,
+    orders: &[OrderPair],
+    h: [S::f64s; W],
+) -> [Split<S::f64s>; W] {
     let zero = simd.splat_f64s(0.0);
-    let mut angular = h.map(|h| Angular::new(simd, h));
+    let mut angular = [Angular::new(simd, h[0]); W];
+    for i in 1..W {
+        angular[i] = Angular::new(simd, h[i]);
+    }
     let mut sums = [Split {
         s1_even_re: zero,
         s1_even_im: zero,
@@ -84,32 +91,33 @@ pub(super) fn sum_orders<S: Simd, const W: usize>(simd: S, orders: &[OrderPair],
         s2_odd_re: zero,
         s2_odd_im: zero,
     }; W];
-    let fma = |a, b, c| simd.mul_add_e_f64s(a, b, c);
     for [odd, even] in orders {
         let [a_re, a_im, b_re, b_im, step, n] = splat(simd, odd);
-        for (angular, s) in angular.iter_mut().zip(&mut sums) {
+        for i in 0..W {
+            let (angular, s) = (&mut angular[i], &mut sums[i]);
             let (pi, tau) = (angular.pi, angular.tau(simd, n));
-            s.s1_even_re = fma(a_re, pi, s.s1_even_re);
-            s.s1_even_im = fma(a_im, pi, s.s1_even_im);
-            s.s1_odd_re = fma(b_re, tau, s.s1_odd_re);
-            s.s1_odd_im = fma(b_im, tau, s.s1_odd_im);
-            s.s2_even_re = fma(b_re, pi, s.s2_even_re);
-            s.s2_even_im = fma(b_im, pi, s.s2_even_im);
-            s.s2_odd_re = fma(a_re, tau, s.s2_odd_re);
-            s.s2_odd_im = fma(a_im, tau, s.s2_odd_im);
+            s.s1_even_re = simd.mul_add_e_f64s(a_re, pi, s.s1_even_re);
+            s.s1_even_im = simd.mul_add_e_f64s(a_im, pi, s.s1_even_im);
+            s.s1_odd_re = simd.mul_add_e_f64s(b_re, tau, s.s1_odd_re);
+            s.s1_odd_im = simd.mul_add_e_f64s(b_im, tau, s.s1_odd_im);
+            s.s2_even_re = simd.mul_add_e_f64s(b_re, pi, s.s2_even_re);
+            s.s2_even_im = simd.mul_add_e_f64s(b_im, pi, s.s2_even_im);
+            s.s2_odd_re = simd.mul_add_e_f64s(a_re, tau, s.s2_odd_re);
+            s.s2_odd_im = simd.mul_add_e_f64s(a_im, tau, s.s2_odd_im);
             angular.advance(simd, step);
         }
         let [a_re, a_im, b_re, b_im, step, n] = splat(simd, even);
-        for (angular, s) in angular.iter_mut().zip(&mut sums) {
+        for i in 0..W {
+            let (angular, s) = (&mut angular[i], &mut sums[i]);
             let (pi, tau) = (angular.pi, angular.tau(simd, n));
-            s.s1_odd_re = fma(a_re, pi, s.s1_odd_re);
-            s.s1_odd_im = fma(a_im, pi, s.s1_odd_im);
-            s.s1_even_re = fma(b_re, tau, s.s1_even_re);
-            s.s1_even_im = fma(b_im, tau, s.s1_even_im);
-            s.s2_odd_re = fma(b_re, pi, s.s2_odd_re);
-            s.s2_odd_im = fma(b_im, pi, s.s2_odd_im);
-            s.s2_even_re = fma(a_re, tau, s.s2_even_re);
-            s.s2_even_im = fma(a_im, tau, s.s2_even_im);
+            s.s1_odd_re = simd.mul_add_e_f64s(a_re, pi, s.s1_odd_re);
+            s.s1_odd_im = simd.mul_add_e_f64s(a_im, pi, s.s1_odd_im);
+            s.s1_even_re = simd.mul_add_e_f64s(b_re, tau, s.s1_even_re);
+            s.s1_even_im = simd.mul_add_e_f64s(b_im, tau, s.s1_even_im);
+            s.s2_odd_re = simd.mul_add_e_f64s(b_re, pi, s.s2_odd_re);
+            s.s2_odd_im = simd.mul_add_e_f64s(b_im, pi, s.s2_odd_im);
+            s.s2_even_re = simd.mul_add_e_f64s(a_re, tau, s.s2_even_re);
+            s.s2_even_im = simd.mul_add_e_f64s(a_im, tau, s.s2_even_im);
             angular.advance(simd, step);
         }
     }
@@ -118,7 +126,14 @@ pub(super) fn sum_orders<S: Simd, const W: usize>(simd: S, orders: &[OrderPair],
 
 #[inline(always)]
 fn splat<S: Simd>(simd: S, o: &Order) -> [S::f64s; 6] {
-    [o.a_re, o.a_im, o.b_re, o.b_im, o.step, o.n].map(|v| simd.splat_f64s(v))
+    [
+        simd.splat_f64s(o.a_re),
+        simd.splat_f64s(o.a_im),
+        simd.splat_f64s(o.b_re),
+        simd.splat_f64s(o.b_im),
+        simd.splat_f64s(o.step),
+        simd.splat_f64s(o.n),
+    ]
 }
 
 impl<V: Copy> Split<V> {

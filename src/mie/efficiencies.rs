@@ -2,103 +2,84 @@
 
 use super::{
     Efficiencies,
-    coefficients::{BLOCK, Block},
+    coefficients::{BLOCK, Block, RAMP},
 };
 
-/// Accumulators per sum: eight keep vector units busy and rounding errors small.
-const LANES: usize = 8;
-
-/// Running sums over n, theory (12)-(15).
-#[derive(Clone, Debug, Default)]
+/// Running sums over n, theory (12)-(15), one accumulator per place in a block.
+#[derive(Clone, Debug)]
 pub(super) struct Sums {
-    /// sum (2n+1) (|a_n|^2 + |b_n|^2).
-    sca: [f64; LANES],
-    /// sum (2n+1) (Re(a_n + b_n) - |a_n|^2 - |b_n|^2).
-    abs: [f64; LANES],
-    /// The sum of which g is 4 / (x^2 q_sca) times.
-    asymmetry: [f64; LANES],
-    /// sum (2n+1) (-1)^n (a_n - b_n).
-    back_re: [f64; LANES],
-    back_im: [f64; LANES],
-}
-
-impl Sums {
-    /// Adds the orders of one block; its entry `len` must hold the order after its last.
-    #[inline(always)]
-    pub fn add(&mut self, block: &Block) {
-        let mut terms = Terms::new();
-        terms.fill(block);
-        for (sum, term) in [
-            (&mut self.sca, &terms.sca),
-            (&mut self.abs, &terms.abs),
-            (&mut self.asymmetry, &terms.asymmetry),
-            (&mut self.back_re, &terms.back_re),
-            (&mut self.back_im, &terms.back_im),
-        ] {
-            for chunk in term.as_chunks::<LANES>().0 {
-                for lane in 0..LANES {
-                    sum[lane] += chunk[lane];
-                }
-            }
-        }
-    }
-
-    /// The efficiencies of a sphere of size parameter `x`.
-    pub fn finish(&self, x: f64, n_terms: usize) -> Efficiencies {
-        let total = |lanes: &[f64; LANES]| lanes.iter().sum::<f64>();
-        let (sca, abs) = (total(&self.sca), total(&self.abs));
-        let (back_re, back_im) = (total(&self.back_re), total(&self.back_im));
-        let per_area = 2.0 / (x * x);
-        let q_sca = per_area * sca;
-        let q_abs = per_area * abs;
-        let q_ext = q_sca + q_abs;
-        let g = 2.0 * total(&self.asymmetry) / sca;
-        Efficiencies {
-            q_ext,
-            q_sca,
-            q_abs,
-            q_back: (back_re * back_re + back_im * back_im) / (x * x),
-            q_pr: q_ext - g * q_sca,
-            g,
-            n_terms,
-        }
-    }
-}
-
-/// Weighted terms of one block.
-struct Terms {
+    /// (2n+1) (|a_n|^2 + |b_n|^2).
     sca: [f64; BLOCK],
+    /// (2n+1) (Re(a_n + b_n) - |a_n|^2 - |b_n|^2).
     abs: [f64; BLOCK],
+    /// The terms whose sum times 4 / (x^2 q_sca) is g.
     asymmetry: [f64; BLOCK],
+    /// (2n+1) (a_n - b_n); blocks start at odd orders, so that places have a parity.
     back_re: [f64; BLOCK],
     back_im: [f64; BLOCK],
 }
 
-impl Terms {
+impl Sums {
     #[inline(always)]
-    fn new() -> Self {
+    pub fn new() -> Self {
         let zero = [0.0; BLOCK];
         Self { sca: zero, abs: zero, asymmetry: zero, back_re: zero, back_im: zero }
     }
 
+    /// Adds the orders of one block.
     #[inline(always)]
-    fn fill(&mut self, c: &Block) {
-        for i in 0..c.len {
-            let n = (c.first + i) as f64;
+    pub fn add(&mut self, c: &Block) {
+        let first = c.first as f64;
+        for i in 0..BLOCK {
+            let n = first + RAMP[i];
             let weight = 2.0 * n + 1.0;
             let ladder = 1.0 / (n * (n + 1.0));
-            // Blocks start at odd orders, so that the sign (-1)^n alternates from minus.
-            let signed = if i % 2 == 0 { -weight } else { weight };
-            let next = c.a_re[i] * c.a_re[i + 1]
-                + c.a_im[i] * c.a_im[i + 1]
-                + c.b_re[i] * c.b_re[i + 1]
-                + c.b_im[i] * c.b_im[i + 1];
+            let next_a = c.a_re[i] * c.a_re[i + 1] + c.a_im[i] * c.a_im[i + 1];
+            let next_b = c.b_re[i] * c.b_re[i + 1] + c.b_im[i] * c.b_im[i + 1];
             let same = c.a_re[i] * c.b_re[i] + c.a_im[i] * c.b_im[i];
-            self.sca[i] = weight * c.sca[i];
-            self.abs[i] = weight * c.abs[i];
-            self.asymmetry[i] = ladder * (n * n * (n + 2.0) * next + weight * same);
-            self.back_re[i] = signed * (c.a_re[i] - c.b_re[i]);
-            self.back_im[i] = signed * (c.a_im[i] - c.b_im[i]);
+            self.sca[i] += weight * c.sca[i];
+            self.abs[i] += weight * c.abs[i];
+            self.asymmetry[i] += ladder * (n * n * (n + 2.0) * (next_a + next_b) + weight * same);
+            self.back_re[i] += weight * (c.a_re[i] - c.b_re[i]);
+            self.back_im[i] += weight * (c.a_im[i] - c.b_im[i]);
         }
     }
+
+    /// The efficiencies of a sphere of size parameter `x`.
+    #[inline(always)]
+    pub fn finish(&self, x: f64, n_terms: usize) -> Efficiencies {
+        let (sca, abs) = (total(&self.sca), total(&self.abs));
+        let (back_re, back_im) = (alternating(&self.back_re), alternating(&self.back_im));
+        let inv_area = 1.0 / (x * x);
+        let q_sca = 2.0 * inv_area * sca;
+        let q_abs = 2.0 * inv_area * abs;
+        let q_ext = q_sca + q_abs;
+        let g = 2.0 * total(&self.asymmetry) / sca;
+        let q_back = (back_re * back_re + back_im * back_im) * inv_area;
+        Efficiencies { q_ext, q_sca, q_abs, q_back, q_pr: q_ext - g * q_sca, g, n_terms }
+    }
+}
+
+/// Sum of the accumulators, by halves.
+#[inline(always)]
+fn total(row: &[f64; BLOCK]) -> f64 {
+    let mut row = *row;
+    let mut half = BLOCK / 2;
+    while half > 0 {
+        for i in 0..half {
+            row[i] += row[i + half];
+        }
+        half /= 2;
+    }
+    row[0]
+}
+
+/// Odd places minus even ones.
+#[inline(always)]
+fn alternating(row: &[f64; BLOCK]) -> f64 {
+    let mut row = *row;
+    for value in row.iter_mut().step_by(2) {
+        *value = -*value;
+    }
+    total(&row)
 }

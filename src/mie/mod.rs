@@ -9,10 +9,11 @@ mod angular;
 mod coefficients;
 pub mod domain;
 mod efficiencies;
+mod exterior;
 mod interior;
-mod riccati;
 mod solver;
 mod terms;
+mod waves;
 
 pub use amplitudes::IntensitySum;
 pub use angles::Angles;

@@ -5,9 +5,11 @@ use pulp::Arch;
 
 use super::{
     Efficiencies, MieError, Series,
-    coefficients::{Block, Waves},
+    coefficients::{BLOCK, Block},
     domain,
     efficiencies::Sums,
+    terms::n_terms,
+    waves::Waves,
 };
 
 /// Scratch memory for one thread that solves many spheres: it grows to the largest and is then reused.
@@ -44,7 +46,7 @@ impl Solver {
         Ok(Arch::new().dispatch(
             #[inline(always)]
             || {
-                let mut sums = Sums::default();
+                let mut sums = Sums::new();
                 let n_terms = waves.visit_blocks(x, m, |block| sums.add(block));
                 sums.finish(x, n_terms)
             },
@@ -58,34 +60,31 @@ impl Solver {
     pub fn series(&mut self, x: f64, m: Complex64) -> Result<Series, MieError> {
         domain::check(x, m)?;
         let waves = &mut self.waves;
-        let mut series = Series { x, m, a: Vec::new(), b: Vec::new(), efficiencies: Sums::default().finish(x, 0) };
-        series.efficiencies = Arch::new().dispatch(
+        let zeros = vec![Complex64::default(); n_terms(x)];
+        let (mut a, mut b) = (zeros.clone(), zeros);
+        let efficiencies = Arch::new().dispatch(
             #[inline(always)]
             || {
-                let mut sums = Sums::default();
-                let (a, b) = (&mut series.a, &mut series.b);
+                let mut sums = Sums::new();
                 let n_terms = waves.visit_blocks(x, m, |block| {
                     sums.add(block);
-                    store(block, a, b);
+                    store(block, &mut a, &mut b);
                 });
                 sums.finish(x, n_terms)
             },
         );
-        Ok(series)
+        Ok(Series { x, m, a, b, efficiencies })
     }
 }
 
-/// Writes a block into the coefficient arrays, which the first (highest) block sizes.
+/// Writes those orders of a block that the series keeps.
 #[inline(always)]
-fn store(block: &Block, a: &mut Vec<Complex64>, b: &mut Vec<Complex64>) {
-    let end = block.first - 1 + block.len;
-    if a.len() < end {
-        a.resize(end, Complex64::default());
-        b.resize(end, Complex64::default());
-    }
-    for i in 0..block.len {
-        a[block.first - 1 + i] = Complex64::new(block.a_re[i], block.a_im[i]);
-        b[block.first - 1 + i] = Complex64::new(block.b_re[i], block.b_im[i]);
+fn store(block: &Block, a: &mut [Complex64], b: &mut [Complex64]) {
+    let from = block.first - 1;
+    let to = a.len().min(from + BLOCK);
+    for (i, (a, b)) in a[from..to].iter_mut().zip(&mut b[from..to]).enumerate() {
+        *a = Complex64::new(block.a_re[i], block.a_im[i]);
+        *b = Complex64::new(block.b_re[i], block.b_im[i]);
     }
 }
 

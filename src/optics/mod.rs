@@ -4,10 +4,19 @@ pub mod csv;
 pub mod distribution;
 mod distribution_error;
 mod distribution_parse;
+pub mod ensemble;
+pub mod hg_draine;
 pub mod material;
+mod phase_blur;
+pub mod phase_build;
+pub mod phase_function;
 pub mod phase_model;
+mod phase_shape;
+pub mod phase_table;
 pub mod quadrature;
+pub mod size_average;
 pub mod size_law;
+pub mod size_nodes;
 
 pub use distribution_error::DistributionError;
 

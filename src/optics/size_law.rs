@@ -63,7 +63,8 @@ impl SizeLaw {
         self.mono_radius().is_some() || (self.norm > 0.0 && self.norm.is_finite())
     }
 
-    fn mono_radius(&self) -> Option<f64> {
+    /// The radius of a law that has only one, m.
+    pub fn mono_radius(&self) -> Option<f64> {
         match self.distribution.shape {
             Shape::Mono { r_m } => Some(r_m),
             _ => None,
@@ -120,6 +121,11 @@ impl SizeLaw {
     /// Mean volume, m^3.
     pub fn mean_volume_m3(&self) -> f64 {
         4.0 / 3.0 * std::f64::consts::PI * self.moment(3)
+    }
+
+    /// The cells of the law, each as its two radii in m, from the smallest to the largest.
+    pub fn cells(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.nodes.windows(2).map(|t| (self.radius(t[0]), self.radius(t[1])))
     }
 
     /// The radius in m that a share `u` in [0, 1] of the droplets does not exceed.

@@ -14,6 +14,7 @@ pub mod load;
 pub mod marks;
 pub mod model;
 pub mod settings;
+mod settings_json;
 pub mod settings_parse;
 
 pub use error::{SceneError, SceneFault};

@@ -17,7 +17,7 @@ use ::exr::meta::attribute::{AttributeValue, SampleType};
 use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
-use super::header::STRUCTURAL;
+use super::header::{MAGIC, STRUCTURAL};
 use super::{DecodeError, ReadError};
 use crate::image::picture::{Attribute, Channel, Chromaticities, Frame, Picture};
 
@@ -45,9 +45,14 @@ impl Default for Limits {
 pub fn read(path: &Path, limits: Limits) -> Result<Picture, ReadError> {
     let io = |source| ReadError::Io { path: path.into(), source };
     let content = |source| ReadError::Content { path: path.into(), source };
+    let mut file = File::open(path).map_err(io)?.take(limits.file_bytes.saturating_add(1));
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(io)?;
-    file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+    // A long file of another kind is not read to its end.
+    file.by_ref().take(MAGIC.len() as u64).read_to_end(&mut bytes).map_err(io)?;
+    if bytes != MAGIC {
+        return Err(content(DecodeError::Damaged("it does not begin like one".into())));
+    }
+    file.read_to_end(&mut bytes).map_err(io)?;
     decode(&bytes, limits).map_err(content)
 }
 
@@ -59,7 +64,7 @@ pub fn decode(bytes: &[u8], limits: Limits) -> Result<Picture, DecodeError> {
     if bytes.len() as u64 > limits.file_bytes {
         return Err(DecodeError::FileSize { limit: limits.file_bytes });
     }
-    // The crate means to return errors, but its decompressors index by what the file says.
+    // The crate returns errors for damage, but where overflow is checked its B44 decompressor panics on it.
     catch_unwind(AssertUnwindSafe(|| decode_guarded(bytes, limits)))
         .unwrap_or_else(|_| Err(DecodeError::Damaged("its blocks contradict its header".into())))
 }
@@ -125,9 +130,8 @@ fn read_channels(reader: Reader<Cursor<&[u8]>>, header: &Header) -> Result<Vec<C
         .iter()
         .map(|channel| Channel { name: text(channel.name.as_slice()), values: vec![0.0; width * height] })
         .collect();
-    let chunks = reader
-        .filter_chunks(true, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0))
-        .map_err(from_crate)?;
+    let chunks =
+        reader.filter_chunks(true, |_, _, block| block.layer == 0 && block.level == Vec2(0, 0)).map_err(from_crate)?;
     let (meta_data, expected) = (chunks.meta_data().clone(), chunks.expected_chunk_count());
     let mut seen = HashSet::new();
     for chunk in chunks {
@@ -210,7 +214,8 @@ fn store_line(line: LineRef<'_>, sample_type: SampleType, target: &mut [f32]) ->
 fn describe(header: &Header, channels: Vec<Channel>) -> Result<Picture, DecodeError> {
     let display = header.shared_attributes.display_window;
     let position = header.own_attributes.layer_position;
-    let side = |pixels: usize| u32::try_from(pixels).map_err(|_| DecodeError::Damaged("its window is too large".into()));
+    let side =
+        |pixels: usize| u32::try_from(pixels).map_err(|_| DecodeError::Damaged("its window is too large".into()));
     let mut attributes: Vec<(String, Attribute)> = header
         .all_named_attributes()
         .map(|(name, value)| (text(name), value))

@@ -37,7 +37,8 @@ pub fn encode(picture: &Picture) -> Result<Vec<u8>, EncodeError> {
 
 /// What the compressor needs to know of the channels; attributes are not written from it.
 fn block_layout(picture: &Picture, names: &[&str]) -> Header {
-    let describe = |name: &&str| ChannelDescription::new(Text::from_slice_unchecked(name.as_bytes()), SampleType::F32, true);
+    let describe =
+        |name: &&str| ChannelDescription::new(Text::from_slice_unchecked(name.as_bytes()), SampleType::F32, true);
     let size = Vec2(picture.width as usize, picture.height as usize);
     Header::new(Text::default(), size, names.iter().map(describe).collect()).with_encoding(
         Compression::ZIP16,
@@ -47,7 +48,12 @@ fn block_layout(picture: &Picture, names: &[&str]) -> Header {
 }
 
 /// Compresses the block that begins at `row`: in each line, the channels one after another.
-fn compress_block(picture: &Picture, channels: &[&Channel], layout: &Header, row: usize) -> Result<Vec<u8>, EncodeError> {
+fn compress_block(
+    picture: &Picture,
+    channels: &[&Channel],
+    layout: &Header,
+    row: usize,
+) -> Result<Vec<u8>, EncodeError> {
     let width = picture.width as usize;
     let n_lines = LINES_PER_BLOCK.min(picture.height as usize - row);
     let mut bytes = Vec::with_capacity(n_lines * width * channels.len() * size_of::<f32>());

@@ -9,7 +9,7 @@ use super::EncodeError;
 use crate::image::picture::{Attribute, Picture};
 
 /// Magic number and version 2 (OpenEXR File Layout, "Magic Number" and "Version Field").
-const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+pub const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 const VERSION: u32 = 2;
 /// Bit 10 of the version field: names longer than 31 bytes occur.
 const LONG_NAMES: u32 = 1 << 10;

@@ -57,6 +57,9 @@ pub enum GenerateError {
     /// Patchiness outside 0 ..= 1.
     #[error("`--patchiness` {value} must lie between 0 (even) and 1 (banks with clear air between)")]
     Patchiness { value: f64 },
+    /// Parcels that do not touch, or far too large ones.
+    #[error("`--overlap` {value} must lie between 0.62 (parcels fill the space once) and 4")]
+    Overlap { value: f64 },
     /// Camera or sun cannot be placed.
     #[error(
         "{what} must be finite, with the camera away from what it looks at and a field of view between 0 and 180 degrees"

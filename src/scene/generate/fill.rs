@@ -12,14 +12,8 @@ use crate::optics::distribution::Shape;
 use crate::scene::model::ParticleKind;
 use crate::warning::Warning;
 
-/// Density of water at 20 C, kg/m^3 (Tanaka et al. 2001).
-const WATER_KG_PER_M3: f64 = 998.2;
-
 /// Liquid water of radiation fog and small cumulus, g/m^3 (Hess, Koepke & Schult 1998: 0.06 to 0.3).
 const DEFAULT_LIQUID_WATER_G_PER_M3: f64 = 0.3;
-
-/// Parcel radius over the parcels' mean spacing: every point then lies in 22 parcels on average.
-const OVERLAP: f64 = 1.75;
 
 /// Fewer parcels than this at every point show as balls.
 const MIN_OVERLAPPING: f64 = 4.0;
@@ -28,7 +22,7 @@ const MIN_OVERLAPPING: f64 = 4.0;
 const INDEPENDENT_FRACTION: f64 = 0.006;
 
 /// Spheres in random order fill no larger share (Scott & Kilgour 1969).
-const PACKED_FRACTION: f64 = 0.6366;
+const PACKED_FRACTION: f64 = 0.64;
 
 /// What the particles hold.
 pub(super) struct Filling {
@@ -70,7 +64,7 @@ pub(super) fn fill(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Resul
 
 /// One droplet of the distribution's median radius, drawn as large as the shape.
 fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, GenerateError> {
-    let radii_um = vec![(sizes.radius_m(0.5)? * 1e6) as f32];
+    let radii_um = vec![(sizes.median_m() * 1e6) as f32];
     let magnification = 0.5 * diameter_m / largest_m(&radii_um);
     let mut warnings = Vec::new();
     if recipe.content != Content::Default {
@@ -85,7 +79,7 @@ fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, 
             "use `--shape ball` for many, or `--count 1`",
         ));
     }
-    let water = volume_m3(&radii_um) / recipe.shape.volume_m3() * WATER_KG_PER_M3 * 1e3;
+    let water = volume_m3(&radii_um) / recipe.shape.volume_m3() * recipe.material.density_kg_per_m3() * 1e3;
     let mut filling = magnified(recipe, sizes, radii_um, magnification, warnings)?;
     // However large it is drawn, it stands for itself.
     (filling.summary.droplets, filling.summary.liquid_water_g_per_m3) = (1.0, water);
@@ -93,7 +87,7 @@ fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, 
 }
 
 fn fill_droplets(recipe: &Recipe, sizes: &Sizes) -> Result<Filling, GenerateError> {
-    let radii_um = sizes.sample_um(recipe.count as usize, recipe.seed)?;
+    let radii_um = sizes.sample_um(recipe.count as usize, recipe.seed);
     let mut warnings = Vec::new();
     let magnification = match wanted_extinction_m2(recipe, sizes, 0.0)? {
         Some(extinction_m2) => (extinction_m2 / sizes.sum_c_ext_m2(&radii_um)?).sqrt(),
@@ -128,7 +122,9 @@ fn magnified(
     let summary = Summary {
         droplets: stands_for * radii_um.len() as f64,
         magnification,
-        liquid_water_g_per_m3: stands_for * volume_m3(&radii_um) / recipe.shape.volume_m3() * WATER_KG_PER_M3 * 1e3,
+        liquid_water_g_per_m3: stands_for * volume_m3(&radii_um) / recipe.shape.volume_m3()
+            * recipe.material.density_kg_per_m3()
+            * 1e3,
         ..optical_depths(&recipe.shape, 0.0, extinction_m2)
     };
     Ok(Filling {
@@ -142,11 +138,11 @@ fn magnified(
 
 fn fill_parcels(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<Filling, GenerateError> {
     let (radius_m, warning) = parcel_radius_m(recipe);
-    let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3()?);
+    let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3());
     let water = Content::LiquidWaterGPerM3(DEFAULT_LIQUID_WATER_G_PER_M3);
     let extinction_m2 = match wanted_extinction_m2(recipe, sizes, radius_m)? {
         Some(extinction_m2) => extinction_m2,
-        None => extinction_of(water, &recipe.shape, sizes, radius_m)?,
+        None => extinction_of(water, recipe, sizes, radius_m)?,
     };
     let droplets = extinction_m2 / c_ext_m2;
     let droplet_counts = share_out(droplets, recipe, points)?;
@@ -155,12 +151,14 @@ fn fill_parcels(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<F
     let summary = Summary {
         droplets,
         magnification: 1.0,
-        liquid_water_g_per_m3: droplets * volume_m3 / recipe.shape.volume_m3() * WATER_KG_PER_M3 * 1e3,
+        liquid_water_g_per_m3: droplets * volume_m3 / recipe.shape.volume_m3()
+            * recipe.material.density_kg_per_m3()
+            * 1e3,
         ..optical_depths(&recipe.shape, radius_m, extinction_m2)
     };
     Ok(Filling {
         radii: DrawnRadii::Alike(radius_m),
-        droplet_radii_um: by_size.then(|| sizes.sample_um(points.len(), recipe.seed)).transpose()?,
+        droplet_radii_um: by_size.then(|| sizes.sample_um(points.len(), recipe.seed)),
         droplet_counts: Some(droplet_counts),
         summary,
         warnings: warning.into_iter().collect(),
@@ -191,9 +189,10 @@ fn parcel_radius_m(recipe: &Recipe) -> (f64, Option<Warning>) {
     if count == 1.0 {
         return (0.5 * shape.shortest_m(), None);
     }
-    let radius_m = (OVERLAP * (shape.volume_m3() / count).cbrt()).min(0.25 * shape.shortest_m());
+    let smooth_m = recipe.overlap * (shape.volume_m3() / count).cbrt();
+    let radius_m = smooth_m.min(0.25 * shape.shortest_m());
     let overlapping = count * 4.0 / 3.0 * PI * radius_m.powi(3) / shape.volume_m3();
-    let warning = (overlapping < MIN_OVERLAPPING).then(|| {
+    let warning = (radius_m < smooth_m && overlapping < MIN_OVERLAPPING).then(|| {
         Warning::new(
             format!("{count} parcels are too few to fill the shape smoothly"),
             format!("set `--count` to {:.0} or more", (count * MIN_OVERLAPPING / overlapping).ceil()),
@@ -206,16 +205,16 @@ fn parcel_radius_m(recipe: &Recipe) -> (f64, Option<Warning>) {
 fn wanted_extinction_m2(recipe: &Recipe, sizes: &Sizes, ball_m: f64) -> Result<Option<f64>, GenerateError> {
     match recipe.content {
         Content::Default => Ok(None),
-        content => extinction_of(content, &recipe.shape, sizes, ball_m).map(Some),
+        content => extinction_of(content, recipe, sizes, ball_m).map(Some),
     }
 }
 
-fn extinction_of(content: Content, shape: &CloudShape, sizes: &Sizes, ball_m: f64) -> Result<f64, GenerateError> {
+fn extinction_of(content: Content, recipe: &Recipe, sizes: &Sizes, ball_m: f64) -> Result<f64, GenerateError> {
     Ok(match content {
-        Content::OpticalDepth(tau) => tau / middle_column_per_m2(shape, ball_m),
+        Content::OpticalDepth(tau) => tau / middle_column_per_m2(&recipe.shape, ball_m),
         Content::LiquidWaterGPerM3(water) => {
-            let kg = water * 1e-3 * shape.volume_m3();
-            kg / WATER_KG_PER_M3 / sizes.mean_volume_m3()? * sizes.mean_c_ext_m2()?
+            let kg = water * 1e-3 * recipe.shape.volume_m3();
+            kg / recipe.material.density_kg_per_m3() / sizes.mean_volume_m3() * sizes.mean_c_ext_m2()?
         }
         Content::Default => 0.0,
     })

@@ -29,9 +29,10 @@ pub use view::{CameraPlacement, View};
 
 use fill::{DrawnRadii, Filling};
 use noise::Patches;
-use random::{Purpose, stream, unit_f64};
+use random::{Purpose, unit_f64};
 use sizes::Sizes;
 
+use crate::optics::material::Material;
 use crate::scene::model::ParticleKind;
 
 /// Makes the cloud of a recipe. `q_ext_550` gives the extinction efficiency at 550 nm of a droplet of a radius in metres.
@@ -41,7 +42,7 @@ use crate::scene::model::ParticleKind;
 /// is known.
 pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud, GenerateError> {
     recipe.check()?;
-    let sizes = Sizes { distribution: &recipe.distribution, q_ext: q_ext_550 };
+    let sizes = Sizes::new(&recipe.distribution, q_ext_550)?;
     let mut positions = sample_points(recipe);
     let filling = fill::fill(recipe, &sizes, &positions)?;
     let metres_per_unit = metres_per_unit(&recipe.shape);
@@ -71,23 +72,20 @@ fn sample_points(recipe: &Recipe) -> Vec<[f32; 3]> {
     if recipe.kind == ParticleKind::Parcel && recipe.particle_count() == 1 {
         return vec![[0.0; 3]];
     }
-    let mut rng = stream(recipe.seed, Purpose::Positions);
     // Parcels hold more where it is dense; droplets are more.
     let patchiness = match recipe.kind {
         ParticleKind::Droplet => recipe.patchiness,
         ParticleKind::Parcel => 0.0,
     };
     let patches = Patches::new(recipe.seed, patchiness, recipe.shape.size_m());
-    (0..recipe.particle_count())
-        .map(|_| {
-            loop {
-                let point = recipe.shape.sample_unit_point(&mut rng);
-                if patchiness == 0.0 || unit_f64(&mut rng) < patches.density(point) {
-                    return point.map(|x| x as f32);
-                }
+    random::make_blocks(recipe.particle_count() as usize, recipe.seed, Purpose::Positions, |rng| {
+        loop {
+            let point = recipe.shape.sample_unit_point(rng);
+            if patchiness == 0.0 || unit_f64(rng) < patches.density(point) {
+                return point.map(|x| x as f32);
             }
-        })
-        .collect()
+        }
+    })
 }
 
 /// Metres per cloud unit: the power of two that brings the longest half side to 50 .. 100.
@@ -106,10 +104,13 @@ fn drawn_radii(filling: &Filling, count: usize, metres_per_unit: f64) -> Vec<f32
     }
 }
 
-/// The scene's `extras.mie_cloud`: water with the recipe's distribution, and what the recipe sets itself.
+/// The scene's `extras.mie_cloud`: the droplets' material and distribution, and what the recipe sets itself. Tables stay
+/// out of it: scenes read no files from outside their folder.
 fn settings(recipe: &Recipe) -> Map<String, Value> {
     let mut droplets = Map::new();
-    droplets.insert("material".into(), "water".into());
+    if !matches!(recipe.material, Material::Table(_)) {
+        droplets.insert("material".into(), recipe.material.name().into());
+    }
     if let Some(text) = recipe::distribution_text(&recipe.distribution) {
         droplets.insert("distribution".into(), text.into());
     }

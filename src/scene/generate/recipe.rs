@@ -7,6 +7,7 @@ use super::random;
 use super::shape::CloudShape;
 use super::view::View;
 use crate::optics::distribution::{Shape, SizeDistribution};
+use crate::optics::material::Material;
 use crate::scene::model::ParticleKind;
 
 /// Everything that decides the bytes of a generated cloud.
@@ -28,12 +29,16 @@ pub struct Recipe {
     pub kind: ParticleKind,
     /// The droplets' own radii.
     pub distribution: SizeDistribution,
+    /// What droplets are made of.
+    pub material: Material,
     /// How much the cloud holds.
     pub content: Content,
     /// Chooses among all clouds that the rest describes.
     pub seed: u64,
     /// How particles are stored.
     pub form: Form,
+    /// Radius of parcels over their mean spacing, 0.62 to 4: each point then lies in 4.2 times its cube of them.
+    pub overlap: f64,
     /// 0: even; 1: banks with almost clear air between them.
     pub patchiness: f64,
     /// Camera and sun.
@@ -75,6 +80,10 @@ impl Form {
     }
 }
 
+/// At 1.5 every point lies in 14 parcels on average: density varies by a quarter from point to point, over lengths that a
+/// ray crosses many of.
+const OVERLAP: f64 = 1.5;
+
 /// Unless set, particles may take 4 GiB, the most that a GLB file holds.
 const MEMORY_LIMIT_BYTES: u64 = 1 << 32;
 
@@ -85,10 +94,12 @@ impl Recipe {
             shape,
             count: 10_000,
             kind: ParticleKind::Droplet,
-            distribution: crate::scene::settings::Settings::default().droplets.class.distribution,
+            distribution: SizeDistribution::default(),
+            material: Material::Water,
             content: Content::Default,
             seed: 0,
             form: Form::Points,
+            overlap: OVERLAP,
             patchiness: 0.0,
             view: View::default(),
             settings: Map::new(),
@@ -117,6 +128,10 @@ impl Recipe {
         }
         if !(0.0..=1.0).contains(&self.patchiness) {
             return Err(GenerateError::Patchiness { value: self.patchiness });
+        }
+        // At 0.62 parcels hold as much space as there is; at 4, a ray crosses a hundred times more than it needs.
+        if !(0.62..=4.0).contains(&self.overlap) {
+            return Err(GenerateError::Overlap { value: self.overlap });
         }
         self.view.check()?;
         self.check_memory()
@@ -149,7 +164,9 @@ impl Recipe {
             "kind": kind_name(self.kind),
             "seed": self.seed,
             "as": self.form.name(),
+            "overlap": self.overlap,
             "patchiness": self.patchiness,
+            "material": self.material.name(),
         });
         if let Some(text) = distribution_text(&self.distribution) {
             record["distribution"] = text.into();
@@ -177,20 +194,8 @@ fn check_positive(flag: &'static str, value: f64) -> Result<(), GenerateError> {
 
 /// A distribution as it is written in settings; `None` for a table, which lives in a file of its own.
 pub(super) fn distribution_text(distribution: &SizeDistribution) -> Option<String> {
-    let limits = format!("rmin={},rmax={}", um(distribution.r_min_m), um(distribution.r_max_m));
-    Some(match &distribution.shape {
-        Shape::Mono { r_m } => format!("mono:r={}", um(*r_m)),
-        Shape::Gamma { reff_m, veff } => format!("gamma:reff={},veff={veff},{limits}", um(*reff_m)),
-        Shape::ModifiedGamma { alpha, gamma, rc_m } => {
-            format!("modgamma:alpha={alpha},gamma={gamma},rc={},{limits}", um(*rc_m))
-        }
-        Shape::LogNormal { rg_m, sigma } => format!("lognormal:rg={},sigma={sigma},{limits}", um(*rg_m)),
-        Shape::Table { .. } => return None,
-    })
-}
-
-/// A length in micrometres with its unit; twelve digits, so that 6e-6 m is 6um and not 6.000000000000001um.
-fn um(length_m: f64) -> String {
-    let rounded: f64 = format!("{:.11e}", length_m * 1e6).parse().unwrap_or(length_m * 1e6);
-    format!("{rounded}um")
+    match distribution.shape {
+        Shape::Table { .. } => None,
+        _ => Some(distribution.to_string()),
+    }
 }

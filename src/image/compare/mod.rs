@@ -3,12 +3,17 @@
 //! Legend: a, b values of a pixel and channel; s_a, s_b their recorded standard errors; d = a - b;
 //! n the number of pixels compared; Y luminance.
 
+mod overlap;
+mod report;
+
 use std::collections::BTreeSet;
 
-use serde::Serialize;
 use thiserror::Error;
 
 use super::picture::Picture;
+use overlap::{Overlap, Pixel};
+
+pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, WorstPixel, ZScores};
 
 /// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -36,107 +41,6 @@ pub enum CompareError {
     Length(String),
 }
 
-/// The difference of two pictures, a against b.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// Pixels compared: those that both pictures have.
-    pub n_pixels: u64,
-    /// Pixels that differ in any bit of R, G or B.
-    pub n_different: u64,
-    /// Pixels where a or b is not finite; they are left out of all that follows.
-    pub n_non_finite: u64,
-    /// Root mean square of d over pixels and R, G, B.
-    pub rmse: f64,
-    /// `rmse` over b's mean luminance: the measure of the accuracy target. `None` where b is black.
-    pub relative_rmse: Option<f64>,
-    /// Mean of d^2 / (b^2 + floor) over pixels and R, G, B; the floor is 1e-3 of b's squared mean luminance.
-    /// `None` where b is black and a is not.
-    pub relative_mse: Option<f64>,
-    /// Ratio of the mean luminances, a over b.
-    pub mean_ratio: Option<MeanRatio>,
-    /// How the differences compare with the standard errors that both pictures record.
-    pub z: Option<ZScores>,
-    /// The pixel where the luminance differs most.
-    pub worst: Option<WorstPixel>,
-    /// Every channel that both pictures have.
-    pub channels: Vec<ChannelDifference>,
-    /// Channels of a alone.
-    pub only_in_a: Vec<String>,
-    /// Channels of b alone.
-    pub only_in_b: Vec<String>,
-}
-
-/// A ratio of means with its standard error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MeanRatio {
-    /// Mean luminance of a over that of b.
-    pub ratio: f64,
-    /// One standard error of the ratio.
-    pub error: f64,
-    /// What the error was found from.
-    pub error_from: ErrorSource,
-}
-
-/// What the error of a mean was found from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ErrorSource {
-    /// The standard errors that both pictures record; the noise of R, G, B in a pixel is taken as fully correlated,
-    /// as channels share their paths, which is the largest that it can be.
-    Recorded,
-    /// The scatter of the differences between pixels; true if nothing but noise differs.
-    Scatter,
-}
-
-/// Standardised differences z = d / sqrt(s_a^2 + s_b^2) over pixels and R, G, B.
-///
-/// Two correct renders with different seeds have mean 0 and standard deviation 1; the mean is biased where one differs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ZScores {
-    /// Values with a standard error above 0.
-    pub n: u64,
-    /// Mean of z.
-    pub mean: f64,
-    /// Root mean square of z.
-    pub rms: f64,
-    /// Largest |z|.
-    pub max: f64,
-    /// Share with |z| > 3; 0.0027 for normal noise.
-    pub share_beyond_3: f64,
-    /// Values that differ although both record no error at all: noise cannot explain them.
-    pub n_unexplained: u64,
-}
-
-/// A pixel, in coordinates of the full frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct WorstPixel {
-    /// Column.
-    pub x: i32,
-    /// Row.
-    pub y: i32,
-    /// R, G, B of a.
-    pub a: [f32; 3],
-    /// R, G, B of b.
-    pub b: [f32; 3],
-    /// Difference of the luminances, a - b.
-    pub difference: f64,
-}
-
-/// The difference of one channel over the pixels where both are finite.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ChannelDifference {
-    /// The channel's name.
-    pub name: String,
-    /// Mean of a.
-    pub mean_a: f64,
-    /// Mean of b.
-    pub mean_b: f64,
-    /// Root mean square of d.
-    pub rmse: f64,
-    /// Largest |d|.
-    pub max: f64,
-}
-
 /// Compares two pictures where both have pixels; crops are laid over each other by their frames.
 ///
 /// # Errors
@@ -148,7 +52,8 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison, CompareError> {
     let pixels: Vec<Pixel> = overlap.pairs().map(|pair| Pixel::gather(pair, &colours_a, &colours_b)).collect();
     let finite: Vec<&Pixel> = pixels.iter().filter(|pixel| pixel.is_finite()).collect();
     let errors = channels(a, ERRORS).ok().zip(channels(b, ERRORS).ok());
-    let names = |picture: &Picture| picture.channels.iter().map(|channel| channel.name.clone()).collect::<BTreeSet<_>>();
+    let names =
+        |picture: &Picture| picture.channels.iter().map(|channel| channel.name.clone()).collect::<BTreeSet<_>>();
     let (names_a, names_b) = (names(a), names(b));
     let mean_b = mean(&finite, |pixel| luminance(pixel.b));
     let rmse = mean(&finite, |pixel| mean_of(pixel.differences().map(|d| d * d))).sqrt();
@@ -177,88 +82,6 @@ type Errors<'a> = ([&'a [f32]; 3], [&'a [f32]; 3]);
 fn channels<'a>(picture: &'a Picture, names: [&'static str; 3]) -> Result<[&'a [f32]; 3], &'static str> {
     let get = |name| picture.channel(name).ok_or(name);
     Ok([get(names[0])?, get(names[1])?, get(names[2])?])
-}
-
-/// The rectangle that two pictures share, in coordinates of the full frame; the ends are outside.
-struct Overlap {
-    x: [i64; 2],
-    y: [i64; 2],
-    a: Layout,
-    b: Layout,
-}
-
-/// Where a picture's rows lie in its channels.
-struct Layout {
-    x: i64,
-    y: i64,
-    width: i64,
-}
-
-impl Layout {
-    fn new(picture: &Picture) -> Self {
-        Self { x: picture.frame.x.into(), y: picture.frame.y.into(), width: picture.width.into() }
-    }
-
-    fn index(&self, x: i64, y: i64) -> usize {
-        ((y - self.y) * self.width + x - self.x) as usize
-    }
-}
-
-impl Overlap {
-    fn find(a: &Picture, b: &Picture) -> Result<Self, CompareError> {
-        let full = |picture: &Picture| [picture.frame.full_width, picture.frame.full_height];
-        if full(a) != full(b) {
-            return Err(CompareError::Frame { a: full(a), b: full(b) });
-        }
-        for picture in [a, b] {
-            if let Some(channel) = picture.channels.iter().find(|c| c.values.len() as u64 != picture.n_pixels()) {
-                return Err(CompareError::Length(channel.name.clone()));
-            }
-        }
-        let (left, right) = (Layout::new(a), Layout::new(b));
-        let x = [left.x.max(right.x), (left.x + left.width).min(right.x + right.width)];
-        let y = [left.y.max(right.y), (left.y + i64::from(a.height)).min(right.y + i64::from(b.height))];
-        if x[0] >= x[1] || y[0] >= y[1] {
-            return Err(CompareError::Disjoint);
-        }
-        Ok(Self { x, y, a: left, b: right })
-    }
-
-    /// Indices into a's and b's channels of every shared pixel.
-    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        (self.y[0]..self.y[1])
-            .flat_map(move |y| (self.x[0]..self.x[1]).map(move |x| (self.a.index(x, y), self.b.index(x, y))))
-    }
-}
-
-/// The colours of one shared pixel.
-struct Pixel {
-    at: (usize, usize),
-    a: [f32; 3],
-    b: [f32; 3],
-}
-
-impl Pixel {
-    fn gather(at: (usize, usize), a: &[&[f32]; 3], b: &[&[f32]; 3]) -> Self {
-        Self { at, a: a.map(|values| values[at.0]), b: b.map(|values| values[at.1]) }
-    }
-
-    fn is_finite(&self) -> bool {
-        self.a.iter().chain(&self.b).all(|value| value.is_finite())
-    }
-
-    fn differs(&self) -> bool {
-        self.a.map(f32::to_bits) != self.b.map(f32::to_bits)
-    }
-
-    fn differences(&self) -> [f64; 3] {
-        std::array::from_fn(|colour| f64::from(self.a[colour]) - f64::from(self.b[colour]))
-    }
-
-    /// Standard error of each colour's difference.
-    fn errors(&self, (a, b): &Errors<'_>) -> [f64; 3] {
-        std::array::from_fn(|colour| f64::from(a[colour][self.at.0]).hypot(f64::from(b[colour][self.at.1])))
-    }
 }
 
 fn luminance(colour: [f32; 3]) -> f64 {

@@ -1,0 +1,19 @@
+//! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
+
+mod camera;
+mod direct;
+mod flight;
+mod lighting;
+mod march;
+mod media;
+mod place;
+mod random;
+mod render;
+mod sample;
+mod transmittance;
+
+pub use lighting::Lighting;
+pub use media::Media;
+pub use place::{PlaceError, place_bodies};
+pub use render::{Progress, RayCounts, RenderOutcome, RenderRequest, SilentProgress, Until, render};
+pub use sample::RenderContext;
