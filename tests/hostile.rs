@@ -5,7 +5,8 @@ mod support;
 use mie_cloud::scene::{LoadOptions, load};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{data, load_bytes};
+use serde_json::Value;
+use support::{data, everything, load_bytes};
 
 /// What a file should give.
 enum Outcome {
@@ -157,6 +158,49 @@ fn damaged_files_never_make_the_reader_panic() {
         }
     }
     // Much damage falls into names and numbers that stay valid; the rest must be found.
+    assert!(read > 100 && refused > 1000, "{read} read, {refused} refused");
+}
+
+/// Replaces, removes or doubles one value somewhere in a JSON tree.
+fn damage_value(value: &mut Value, rng: &mut Pcg64) {
+    let count = value.as_array().map_or(0, Vec::len) + value.as_object().map_or(0, serde_json::Map::len);
+    if count == 0 || rng.random_range(0..4) == 0 {
+        *value = serde_json::from_str(NASTY[rng.random_range(0..NASTY.len())]).unwrap_or(Value::Null);
+        return;
+    }
+    let k = rng.random_range(0..count);
+    match (value, rng.random_range(0..8)) {
+        (Value::Array(items), 0) => drop(items.remove(k)),
+        (Value::Array(items), 1) => items.push(items[k].clone()),
+        (Value::Array(items), _) => damage_value(&mut items[k], rng),
+        (Value::Object(members), choice) => {
+            let Some(key) = members.keys().nth(k).cloned() else { return };
+            match choice {
+                0 => drop(members.remove(&key)),
+                _ => damage_value(&mut members[&key], rng),
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn wrong_values_anywhere_never_make_the_reader_panic() {
+    let mut rng = Pcg64::seed_from_u64(7);
+    let whole = everything();
+    let scene = whole.load(&LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    // Three points, two of three with a radius, two spheres, and two balls of fog.
+    assert_eq!((scene.particles.len(), scene.fog_balls.len()), (3 + 2 + 2 + 2, 1));
+    let json: Value = serde_json::from_str(&whole.to_text()).unwrap_or_else(|e| panic!("{e}"));
+    let (mut read, mut refused) = (0, 0);
+    for _ in 0..4000 {
+        let mut json = json.clone();
+        damage_value(&mut json, &mut rng);
+        match load_bytes(json.to_string().as_bytes(), &LoadOptions::default()) {
+            Ok(_) => read += 1,
+            Err(_) => refused += 1,
+        }
+    }
     assert!(read > 100 && refused > 1000, "{read} read, {refused} refused");
 }
 

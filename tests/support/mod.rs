@@ -70,6 +70,43 @@ impl Gltf {
     }
 }
 
+/// A file with every form of droplets, fog, a camera, two lights and settings in it.
+pub fn everything() -> Gltf {
+    let mut gltf = Gltf::new();
+    let position = gltf.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+    let [radius, own, count, material] = [[0.1, 0.2, 0.3], [5.0, 6.0, 7.0], [1.0, 50.0, 1e9], [0.0, 1.0, 0.0]]
+        .map(|values: [f32; 3]| gltf.floats("SCALAR", &values));
+    let translation = gltf.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0]);
+    let rotation = gltf.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let (indices, values) = (gltf.view(&[0, 2]), gltf.view(&[51, 255]));
+    let sparse = gltf.accessor(json!({ "componentType": 5121, "normalized": true, "count": 3, "type": "SCALAR",
+        "sparse": { "count": 2, "indices": { "bufferView": indices, "componentType": 5121 }, "values": { "bufferView": values } } }));
+    let full = json!({ "POSITION": position, "_RADIUS": radius, "_DROPLET_RADIUS_UM": own, "_DROPLET_COUNT": count, "_MATERIAL": material });
+    let plain = json!({ "POSITION": position, "_RADIUS": sparse });
+    gltf.json["meshes"] = json!([
+        { "primitives": [{ "mode": 0, "attributes": full, "material": 0 }, { "mode": 0, "attributes": plain }] },
+        { "primitives": [{ "attributes": { "POSITION": translation }, "material": 0 }], "extras": { "mie_cloud": { "kind": "droplet", "phase": "hg:0.8" } } },
+        { "primitives": [{ "mode": 0, "attributes": plain }], "extras": { "mie_cloud": { "kind": "fog", "extinction_per_m": 0.5 } } },
+    ]);
+    gltf.json["materials"] = json!([{ "name": "drop", "extensions": { "KHR_materials_ior": { "ior": 1.4 }, "KHR_materials_dispersion": { "dispersion": 0.3 } } }]);
+    gltf.json["nodes"] = json!([
+        { "name": "root", "children": [1, 2, 3, 4, 5, 6], "scale": [2.0, 2.0, 2.0] },
+        { "name": "points", "mesh": 0, "translation": [1.0, 2.0, 3.0] },
+        { "name": "spheres", "mesh": 1, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translation, "ROTATION": rotation } } } },
+        { "name": "balls", "mesh": 2, "rotation": [0.0, 0.6, 0.0, 0.8] },
+        { "name": "camera", "camera": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,9,1] },
+        { "name": "sun", "extensions": { "KHR_lights_punctual": { "light": 0 } }, "extras": { "mie_cloud.spectrum": "d65" } },
+        { "name": "lamp", "extensions": { "KHR_lights_punctual": { "light": 1 } } },
+    ]);
+    gltf.json["cameras"] = json!([{ "type": "orthographic", "orthographic": { "xmag": 2.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0 } }]);
+    gltf.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
+        { "type": "directional", "intensity": 90000.0, "color": [1.0, 0.9, 0.8] }, { "type": "spot" } ] } });
+    gltf.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    gltf.json["scenes"][0]["extras"] = json!({ "mie_cloud": { "droplets": { "materials": ["water", "ice"] },
+        "atmosphere": { "step_m": 0.25, "phase": "rayleigh" }, "image": { "resolution": [64, 36] } } });
+    gltf
+}
+
 /// Loads a file of these bytes.
 pub fn load_bytes(bytes: &[u8], options: &LoadOptions) -> Result<Scene, SceneError> {
     let file = tempfile::NamedTempFile::new().unwrap_or_else(|e| panic!("temporary file: {e}"));
