@@ -5,6 +5,7 @@
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
 pub mod accel;
+pub mod cli;
 pub mod film;
 pub mod image;
 pub mod mie;
@@ -12,6 +13,8 @@ pub mod optics;
 pub mod plan;
 pub mod scene;
 pub mod spectrum;
+pub mod study;
 pub mod suggest;
+pub mod transport;
 pub mod units;
 pub mod warning;

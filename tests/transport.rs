@@ -116,7 +116,8 @@ fn boxes_and_overlapping_parcels_of_the_same_density_look_the_same() {
         mean_and_error(&render_scene(scene, 1000, 3))
     };
     let (one, one_error) = single(&[sigma_per_m]);
-    let (five, five_error) = single(&[0.5 * sigma_per_m, 0.2 * sigma_per_m, 0.1 * sigma_per_m, 0.1 * sigma_per_m, 0.1 * sigma_per_m]);
+    let (five, five_error) =
+        single(&[0.5 * sigma_per_m, 0.2 * sigma_per_m, 0.1 * sigma_per_m, 0.1 * sigma_per_m, 0.1 * sigma_per_m]);
     assert!((one - five).abs() < 4.0 * one_error.hypot(five_error), "{one} against {five}");
     // Along the middle ray, sunlight at 45 degrees has crossed at most sqrt(2) of fog.
     let along = |s: f64| sigma_per_m / (4.0 * PI) * (-sigma_per_m * (s + 2f64.sqrt())).exp();
@@ -194,7 +195,8 @@ fn layers_add_up_and_threads_do_not_matter() {
         with_air(&mut scene, 0.05, 0.01, 12.0, 2.0);
         scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 1.5);
         let at = |i: i32| DVec3::new(f64::from(i % 7) - 3.0, f64::from(i % 5) - 2.0, f64::from(i % 3)) * 0.3;
-        scene.particles = (0..40).map(|i| parcel(at(i), 0.4, 1e9)).chain((0..40).map(|i| droplet(at(i), 0.1, 5e-6))).collect();
+        scene.particles =
+            (0..40).map(|i| parcel(at(i), 0.4, 1e9)).chain((0..40).map(|i| droplet(at(i), 0.1, 5e-6))).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| channels(&render_scene(scene, 8, 9)))
     };

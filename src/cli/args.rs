@@ -10,7 +10,14 @@ use crate::units::parse_length_m;
 
 /// Renders clouds of droplets with true Lorenz-Mie scattering.
 #[derive(Debug, Parser)]
-#[command(name = "mie-cloud", version, about, max_term_width = 110, subcommand_required = true, arg_required_else_help = true)]
+#[command(
+    name = "mie-cloud",
+    version,
+    about,
+    max_term_width = 110,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,

@@ -37,8 +37,14 @@ fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Ve
     );
     let mut rows = Vec::new();
     for &count in &args.counts {
-        if let Some(free) = available_memory_bytes().filter(|free| count.saturating_mul(PEAK_BYTES_PER_PARTICLE) > *free) {
-            eprintln!("{count} particles: skipped, they need about {} MiB and {} MiB are free", count * PEAK_BYTES_PER_PARTICLE >> 20, free >> 20);
+        if let Some(free) =
+            available_memory_bytes().filter(|free| count.saturating_mul(PEAK_BYTES_PER_PARTICLE) > *free)
+        {
+            eprintln!(
+                "{count} particles: skipped, they need about {} MiB and {} MiB are free",
+                count * PEAK_BYTES_PER_PARTICLE >> 20,
+                free >> 20
+            );
             continue;
         }
         let runs = (0..args.repeat).map(|_| measure(count, &setup, folder)).collect::<Result<Vec<_>, _>>();
@@ -61,10 +67,12 @@ fn print_row(row: &Row, first: bool) -> std::io::Result<()> {
     let columns = columns(row);
     let width = |name: &str, value: &str| name.len().max(value.len()).max(9);
     if first {
-        let names: Vec<String> = columns.iter().map(|(name, value)| format!("{name:>w$}", w = width(name, value))).collect();
+        let names: Vec<String> =
+            columns.iter().map(|(name, value)| format!("{name:>w$}", w = width(name, value))).collect();
         writeln!(out, "{}", names.join("  "))?;
     }
-    let values: Vec<String> = columns.iter().map(|(name, value)| format!("{value:>w$}", w = width(name, value))).collect();
+    let values: Vec<String> =
+        columns.iter().map(|(name, value)| format!("{value:>w$}", w = width(name, value))).collect();
     writeln!(out, "{}", values.join("  "))?;
     out.flush()
 }

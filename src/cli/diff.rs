@@ -36,7 +36,14 @@ fn print(c: &Comparison) -> std::io::Result<()> {
         writeln!(out, "mean ratio      {:.6} +- {:.2e}", ratio.ratio, ratio.error)?;
     }
     if let Some(z) = &c.z {
-        writeln!(out, "z-scores        mean {:.3}, RMS {:.3}, largest {:.2}, {:.2} % beyond 3", z.mean, z.rms, z.max, 100.0 * z.share_beyond_3)?;
+        writeln!(
+            out,
+            "z-scores        mean {:.3}, RMS {:.3}, largest {:.2}, {:.2} % beyond 3",
+            z.mean,
+            z.rms,
+            z.max,
+            100.0 * z.share_beyond_3
+        )?;
     }
     if let Some(worst) = &c.worst {
         writeln!(out, "worst pixel     ({}, {}): {:?} against {:?}", worst.x, worst.y, worst.a, worst.b)?;

@@ -28,7 +28,11 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
         .map_err(Failure::other)?;
     if verbosity > Verbosity::Quiet {
         let s = &cloud.summary;
-        let magnified = if s.magnification > 1.0 { format!(", drawn {:.3} times as large", s.magnification) } else { String::new() };
+        let magnified = if s.magnification > 1.0 {
+            format!(", drawn {:.3} times as large", s.magnification)
+        } else {
+            String::new()
+        };
         eprintln!(
             "{}: {} particles for {:.4e} droplets{magnified}; optical depth {:.4}, {:.4} g/m3 of liquid water",
             args.output.display(),
@@ -44,7 +48,8 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
 fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
     let read = |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let distribution = SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
+    let distribution =
+        SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {
         (Some(water), _) => Content::LiquidWaterGPerM3(water),
         (_, Some(depth)) => Content::OpticalDepth(depth),

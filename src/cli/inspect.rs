@@ -16,7 +16,8 @@ use crate::spectrum::{SpectralMode, SpectralSampling};
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let scene = load_scene(&args.scene, None)?;
-    let effects = args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
+    let effects =
+        args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
     let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
@@ -53,15 +54,31 @@ fn print(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &Spectr
     for class in &scene.classes {
         writeln!(out, "droplets    {}, {}, phase {}", class.material, class.distribution, class.phase)?;
     }
-    writeln!(out, "depth       about {:.3} across, up to about {:.3} along the longest way", facts.optical_depth, facts.deepest_optical_depth)?;
+    writeln!(
+        out,
+        "depth       about {:.3} across, up to about {:.3} along the longest way",
+        facts.optical_depth, facts.deepest_optical_depth
+    )?;
     for sun in &scene.suns {
         let d = sun.direction;
         writeln!(out, "sun         {}: {:.0} lx along ({:.3}, {:.3}, {:.3})", sun.name, sun.lux, d.x, d.y, d.z)?;
     }
     let air = &scene.settings.atmosphere;
-    writeln!(out, "air         scatters {} /m, absorbs {} /m, within {} m of the camera", air.scattering_per_m, air.absorption_per_m, air.depth_m)?;
+    writeln!(
+        out,
+        "air         scatters {} /m, absorbs {} /m, within {} m of the camera",
+        air.scattering_per_m, air.absorption_per_m, air.depth_m
+    )?;
     let p = scene.camera.position_m;
-    writeln!(out, "camera      {} at ({:.3}, {:.3}, {:.3}) m, {}", scene.camera.name, p.x, p.y, p.z, lens(scene.camera.lens))?;
+    writeln!(
+        out,
+        "camera      {} at ({:.3}, {:.3}, {:.3}) m, {}",
+        scene.camera.name,
+        p.x,
+        p.y,
+        p.z,
+        lens(scene.camera.lens)
+    )?;
     let [width, height] = scene.settings.image.resolution;
     writeln!(out, "picture     {width}x{height}, {}", sampling.mode())?;
     for decision in &plan.decisions {

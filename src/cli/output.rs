@@ -9,9 +9,9 @@ use crate::film::{Layer, Wanted, develop};
 use crate::image::file::Existing;
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
 use crate::scene::model::Scene;
-use crate::suggest::closest;
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{RenderOutcome, RenderRequest, Spectral, Until};
+use crate::suggest::closest;
+use crate::transport::{RenderOutcome, RenderRequest, Spectral};
 
 /// What the user wants beside R, G, B, A.
 #[derive(Clone, Debug)]
@@ -126,12 +126,4 @@ pub fn write(exr_path: &Path, preview: Option<&Path>, picture: &Picture, existin
         png::write_preview(path, picture, existing).map_err(Failure::other)?;
     }
     Ok(())
-}
-
-/// The sampling rule in words.
-pub fn until_text(until: Until) -> String {
-    match until {
-        Until::Samples(n) => format!("{n} spp"),
-        Until::Noise { target, .. } => format!("noise {target}"),
-    }
 }

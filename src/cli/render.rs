@@ -1,7 +1,7 @@
 //! `mie-cloud render`: a scene in, a picture out.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 
@@ -14,7 +14,6 @@ use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
 use crate::image::file::{Existing, check_writable};
 use crate::plan::{self, EffectPlan};
-use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::transport::{Prepared, RenderRequest, Stage, Until, render};
@@ -66,7 +65,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let camera_name = scene.camera.name.clone();
     let mut warnings = scene.warnings.clone();
     print_warnings(&warnings, verbosity);
-    let cache = if args.no_cache { None } else { super::cache_folder() };
+    let cache = if args.no_cache { None } else { cache_folder() };
     let prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
         Stage::Tables => seconds.load += watch.lap(),
         Stage::Bvh => seconds.tables = watch.lap(),
@@ -127,6 +126,13 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
+fn cache_folder() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = folder("XDG_CACHE_HOME").or_else(|| folder("HOME").map(|home| home.join(".cache")));
+    base.map(|base| base.join("mie-cloud"))
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

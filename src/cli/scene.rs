@@ -17,7 +17,13 @@ pub fn load_scene(args: &SceneArgs, resolution: Option<[u32; 2]>) -> Result<Scen
         resolution,
         ..LoadOptions::default()
     };
-    load(&args.scene, &options).map_err(|error| if is_flags_fault(&error) { Failure::usage(error) } else { Failure::scene(error) })
+    load(&args.scene, &options)
+        .map_err(|error| if is_flags_fault(&error) { Failure::usage(error) } else { Failure::scene(error) })
+}
+
+/// Errors of a scene name the element at fault, which may be a flag.
+fn is_flags_fault(error: &SceneError) -> bool {
+    error.element.starts_with("--")
 }
 
 /// Prints warnings to stderr, each once.

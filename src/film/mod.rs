@@ -141,8 +141,8 @@ impl Film {
                 return f64::INFINITY;
             }
             mean += luminance(|c| pixel[slot::BEAUTY + c] / samples);
-            variance += luminance(|c| mean_variance(pixel[slot::BEAUTY + c], pixel[slot::SQUARES + c], samples).sqrt())
-                .powi(2);
+            variance +=
+                luminance(|c| mean_variance(pixel[slot::BEAUTY + c], pixel[slot::SQUARES + c], samples).sqrt()).powi(2);
             n += 1;
         }
         if mean == 0.0 { 0.0 } else { (variance * n as f64).sqrt() / mean.abs() }

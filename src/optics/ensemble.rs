@@ -48,10 +48,9 @@ impl Ensemble {
     /// When a sphere is outside the domain of the Mie series.
     pub fn new(m: Complex64, wavelength_m: f64, sizes: Vec<(f64, f64)>) -> Result<Self, MieError> {
         let wave_number_per_m = 2.0 * PI / wavelength_m;
-        let terms: f64 = sizes.iter().map(|(r_m, _)| r_m * wave_number_per_m + 20.0).sum();
         let mut ensemble = Self { m, wave_number_per_m, sizes, kept: Vec::new() };
         // Two complex numbers per term.
-        if terms * 32.0 <= KEPT_BYTES {
+        if ensemble.terms() * 32.0 <= KEPT_BYTES {
             let chunks = ensemble.sizes.par_chunks(CHUNK).map(|chunk| ensemble.solve(chunk));
             ensemble.kept = chunks.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
         }
@@ -71,6 +70,11 @@ impl Ensemble {
     /// The largest size parameter.
     pub fn largest_x(&self) -> f64 {
         self.sizes.iter().map(|(r_m, _)| r_m * self.wave_number_per_m).fold(0.0, f64::max)
+    }
+
+    /// About how many partial waves there are in all spheres.
+    pub fn terms(&self) -> f64 {
+        self.sizes.iter().map(|(r_m, _)| r_m * self.wave_number_per_m + 20.0).sum()
     }
 
     fn solve(&self, sizes: &[(f64, f64)]) -> Result<Vec<Series>, MieError> {

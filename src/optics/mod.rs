@@ -1,5 +1,8 @@
 //! What droplets are made of and how they scatter: materials, size distributions, size bins, phase tables.
 
+mod bin_optics;
+pub mod bins;
+pub mod cache;
 pub mod csv;
 pub mod distribution;
 mod distribution_error;
@@ -17,7 +20,9 @@ pub mod quadrature;
 pub mod size_average;
 pub mod size_law;
 pub mod size_nodes;
+pub mod tables;
 
+pub use bin_optics::BinOptics;
 pub use distribution_error::DistributionError;
 
 /// Reads the text of a file that a description names; the caller decides which files may be read.

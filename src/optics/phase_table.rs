@@ -152,6 +152,37 @@ impl PhaseTable {
         self.max_value
     }
 
+    /// Appends the cells, little-endian: s and the cubic of each. What follows from them is not written.
+    pub(super) fn write_bytes(&self, bytes: &mut Vec<u8>) {
+        for cell in &self.cells[..self.cell_count()] {
+            bytes.extend(cell.s.to_le_bytes());
+            cell.ln_p.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+        }
+    }
+
+    /// Reads what `write_bytes` wrote; `None` where it cannot be a table.
+    pub(super) fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (rows, rest) = bytes.as_chunks::<24>();
+        let mut cells = Vec::with_capacity(rows.len() + 1);
+        for row in rows {
+            let s = f64::from_le_bytes(row[..8].try_into().ok()?);
+            let mut ln_p = [0.0f32; 4];
+            for (value, bytes) in ln_p.iter_mut().zip(row[8..].as_chunks::<4>().0) {
+                *value = f32::from_le_bytes(*bytes);
+            }
+            let follows = cells.last().map_or(s == 0.0, |last: &Cell| last.s < s && s < 1.0);
+            if !follows || ln_p.iter().any(|value| !value.is_finite()) {
+                return None;
+            }
+            cells.push(Cell { s, cdf: 0.0, ln_p });
+        }
+        if cells.is_empty() || !rest.is_empty() {
+            return None;
+        }
+        cells.push(Cell { s: 1.0, cdf: 1.0, ln_p: [0.0; 4] });
+        Some(Self::integrate(cells))
+    }
+
     /// Number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() - 1

@@ -1,12 +1,14 @@
 //! Mie scattering averaged over the sizes of a bin: cross sections, asymmetry and a phase table.
 
+use std::f64::consts::PI;
+
 use num_complex::Complex64;
 
 use super::ensemble::{CrossSections, Ensemble};
 use super::phase_blur::BlurredIntensity;
 use super::phase_build::{BuiltTable, MAX_NODES, TableAccuracy, build_adaptive};
 use super::size_law::SizeLaw;
-use super::size_nodes::{PANEL_POINTS, SizeStrata};
+use super::size_nodes::SizeStrata;
 use crate::mie::MieError;
 
 /// The sizes that an average is taken over.
@@ -28,12 +30,37 @@ pub struct AverageAccuracy {
     pub angle_tolerance: f64,
     /// Most radii.
     pub max_radii: usize,
+    /// Most partial waves, summed over the radii: bounds the time that wide distributions of large drops take, whose
+    /// resonances matter least.
+    pub max_terms: f64,
 }
 
 impl Default for AverageAccuracy {
-    /// What the accuracy of pictures never needs to exceed: 1e-3, with at most 4096 radii.
+    /// The accuracy of published numbers: C_ext and g to better than 1e-3 (hazes 1e-4), p to 1e-2 at the worst angle.
     fn default() -> Self {
-        Self { size_tolerance: 1e-3, angle_tolerance: 1e-3, max_radii: 4096 }
+        Self { size_tolerance: 2e-4, angle_tolerance: 1e-3, max_radii: 4096, max_terms: 1e8 }
+    }
+}
+
+impl AverageAccuracy {
+    /// The accuracy of pictures: far below their noise; a fog at eight wavelengths takes a fraction of a second.
+    pub fn picture() -> Self {
+        Self { size_tolerance: 2e-3, angle_tolerance: 2e-3, max_radii: 1024, max_terms: 2e6 }
+    }
+
+    /// Radii that the partial waves allow for a mean size parameter, at least 64.
+    fn max_radii_for(&self, mean_x: f64) -> usize {
+        ((self.max_terms / mean_x) as usize).max(FIRST_RADII).min(self.max_radii)
+    }
+
+    /// What a picture with a target relative error needs: a fiftieth of it, between the two above.
+    pub fn for_target(error: f64) -> Self {
+        let tolerance = (error / 50.0).clamp(2e-4, 2e-3);
+        if tolerance < 1e-3 {
+            Self { size_tolerance: tolerance, angle_tolerance: tolerance, max_radii: 4096, max_terms: 8e6 }
+        } else {
+            Self { size_tolerance: tolerance, angle_tolerance: tolerance, ..Self::picture() }
+        }
     }
 }
 
@@ -70,8 +97,18 @@ impl Change {
     }
 }
 
-/// Panels of the first set of radii.
-const FIRST_PANELS: usize = 8;
+/// The first set of radii.
+const FIRST_RADII: usize = 64;
+
+/// Fewer radii than this do not wash out each other's fringes.
+const FEW_RADII: usize = 16;
+
+/// Partial waves times angles that a phase table may cost: about two seconds on one core (0.25 ns each, both hemispheres
+/// at once).
+const TABLE_BUDGET: f64 = 6e9;
+
+/// Nodes that every table may have, whatever they cost.
+const ALWAYS_NODES: usize = 512;
 
 /// Above this size parameter the fringes of a single sphere would need more nodes than a table has: they are blurred.
 const BLUR_ABOVE_X: f64 = 2000.0;
@@ -95,13 +132,14 @@ impl SizeAverage {
         }
         let strata = SizeStrata::new(law);
         let probes = probe_angles();
-        let mut panels = FIRST_PANELS;
-        let mut coarse = Probe::new(m, wavelength_m, strata.nodes(panels), &probes)?;
+        let max_radii = accuracy.max_radii_for(strata.mean_radius_m() * 2.0 * PI / wavelength_m);
+        let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
+        let mut coarse = Probe::new(m, wavelength_m, strata.nodes(radii), &probes)?;
         loop {
-            panels *= 2;
-            let fine = Probe::new(m, wavelength_m, strata.nodes(panels), &probes)?;
+            radii *= 2;
+            let fine = Probe::new(m, wavelength_m, strata.nodes(radii), &probes)?;
             let change = coarse.change(&fine);
-            if change.is_within(accuracy.size_tolerance) || 2 * panels * PANEL_POINTS > accuracy.max_radii {
+            if change.is_within(accuracy.size_tolerance) || 2 * radii > max_radii {
                 return Ok(Self { cross_sections: fine.cross_sections, change, ensemble: fine.ensemble });
             }
             coarse = fine;
@@ -134,13 +172,50 @@ impl SizeAverage {
     /// When a sphere is outside the domain of the Mie series.
     pub fn phase_table(&self, angle_tolerance: f64) -> Result<Option<BuiltTable>, MieError> {
         let x = self.ensemble.largest_x();
-        if x > BLUR_ABOVE_X && self.ensemble.len() < PANEL_POINTS {
+        if x > BLUR_ABOVE_X && self.ensemble.len() < FEW_RADII {
             let blurred = BlurredIntensity::new(&self.ensemble, x)?;
             let accuracy = TableAccuracy { tolerance: angle_tolerance.max(BLURRED.tolerance), ..BLURRED };
             return build_adaptive(x, accuracy, |theta| blurred.at(theta));
         }
-        let accuracy = TableAccuracy { tolerance: angle_tolerance, max_nodes: MAX_NODES };
+        // Every node is measured together with the middle beside it.
+        let affordable = (0.5 * TABLE_BUDGET / self.ensemble.terms()) as usize;
+        let max_nodes = affordable.clamp(ALWAYS_NODES, MAX_NODES);
+        let accuracy = TableAccuracy { tolerance: angle_tolerance, max_nodes };
         build_adaptive(x, accuracy, |theta| self.ensemble.intensities(theta))
+    }
+}
+
+/// Cross sections alone, without intensities: the radii are doubled until C_ext and g stand still.
+///
+/// # Errors
+/// When a sphere is outside the domain of the Mie series.
+pub fn average_cross_sections(
+    m: Complex64,
+    wavelength_m: f64,
+    sizes: &Sizes,
+    accuracy: AverageAccuracy,
+) -> Result<CrossSections, MieError> {
+    let law = match sizes {
+        Sizes::Law(law) if law.mono_radius().is_none() => law,
+        Sizes::Law(law) => {
+            let radius = law.mono_radius().map_or_else(Vec::new, |r_m| vec![(r_m, 1.0)]);
+            return Ok(SizeAverage::over_radii(m, wavelength_m, radius)?.cross_sections);
+        }
+        Sizes::Radii(radii) => return Ok(SizeAverage::over_radii(m, wavelength_m, radii.clone())?.cross_sections),
+    };
+    let strata = SizeStrata::new(law);
+    let max_radii = accuracy.max_radii_for(strata.mean_radius_m() * 2.0 * PI / wavelength_m);
+    let average = |radii: usize| Ensemble::new(m, wavelength_m, strata.nodes(radii))?.cross_sections();
+    let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
+    let mut coarse = average(radii)?;
+    loop {
+        radii *= 2;
+        let fine = average(radii)?;
+        let change = (coarse.c_ext_m2 / fine.c_ext_m2 - 1.0).abs().max((coarse.g - fine.g).abs());
+        if change <= accuracy.size_tolerance || 2 * radii > max_radii {
+            return Ok(fine);
+        }
+        coarse = fine;
     }
 }
 

@@ -1,16 +1,19 @@
 //! Which radii stand for a size distribution in an average: Gauss-Legendre panels, narrow where the light is scattered.
 //!
-//! The integrand has ripples about one unit of x apart and resonances far narrower than any spacing. Panels are
-//! therefore laid by weight: half of them by area, a third by r^4 (which the forward peak follows), the rest evenly.
+//! The integrand has ripples about one unit of x apart and resonances far narrower than any spacing: what limits an
+//! average is how many radii stand where light is scattered, and how evenly. So panels are laid by weight, three
+//! quarters by area, some by r^4 (which the forward peak follows), the rest evenly; and they have two points each,
+//! nearly evenly spaced. Measured over 18 distributions, 4096 radii: p is off by 4e-3 at the worst of 60 angles (rms
+//! over the distributions); 16 points per panel, or other shares, give up to 6e-3.
 
 use super::quadrature::GaussLegendre;
 use super::size_law::SizeLaw;
 
-/// Points per panel.
-pub const PANEL_POINTS: usize = 16;
+/// Points per panel; see the top of the file.
+const PANEL_POINTS: usize = 2;
 
-/// Shares of the panels laid by area, by r^4, and evenly over the radii.
-const SHARES: [f64; 3] = [0.5, 0.3, 0.2];
+/// Shares of the panels laid by area, by r^4, and evenly over the radii; see the top of the file.
+const SHARES: [f64; 3] = [0.75, 0.15, 0.1];
 
 /// Share of the area below, and of r^6 above, the radii that are used: well below the tolerances of averages.
 const NEGLIGIBLE: f64 = 1e-8;
@@ -53,8 +56,14 @@ impl<'a> SizeStrata<'a> {
         strata
     }
 
-    /// Radii in m and their shares of the droplets, `PANEL_POINTS` per panel.
-    pub fn nodes(&self, panels: usize) -> Vec<(f64, f64)> {
+    /// The middle of the radii by the number that stand for them, m.
+    pub fn mean_radius_m(&self) -> f64 {
+        self.edge(0.5)
+    }
+
+    /// About `count` radii in m with their shares of the droplets.
+    pub fn nodes(&self, count: usize) -> Vec<(f64, f64)> {
+        let panels = (count / PANEL_POINTS).max(1);
         let rule = GaussLegendre::new(PANEL_POINTS);
         let edges: Vec<f64> = (0..=panels).map(|i| self.edge(i as f64 / panels as f64)).collect();
         let mut nodes = Vec::with_capacity(panels * PANEL_POINTS);

@@ -17,6 +17,8 @@ pub struct SceneFacts {
     pub n_particles: usize,
     /// Fog boxes.
     pub n_fog_boxes: usize,
+    /// Droplets drawn at more than twice their own radius.
+    pub n_magnified: usize,
     /// Mean optical depth across the cloud: extinction area over projected area.
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
@@ -38,10 +40,12 @@ impl SceneFacts {
         let projected_m2 = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
         let particles = if projected_m2 > 0.0 { area_m2 / projected_m2 } else { 0.0 };
         let boxes: f64 = scene.fog_boxes.iter().map(|b| box_optical_depth(scene, &means, b)).sum();
-        let along = |depth: f64| if size.min_element() > 0.0 { depth * size.length() / size.min_element() } else { depth };
+        let along =
+            |depth: f64| if size.min_element() > 0.0 { depth * size.length() / size.min_element() } else { depth };
         Self {
             n_particles: scene.particles.len(),
             n_fog_boxes: scene.fog_boxes.len(),
+            n_magnified: scene.particles.iter().filter(|p| is_magnified(p)).count(),
             optical_depth: particles + boxes,
             deepest_optical_depth: along(particles) + boxes,
         }
@@ -51,6 +55,11 @@ impl SceneFacts {
     pub fn is_empty(&self) -> bool {
         self.n_particles + self.n_fog_boxes == 0
     }
+}
+
+fn is_magnified(particle: &Particle) -> bool {
+    let own_radius_m = particle.droplet_radius_m;
+    particle.kind == ParticleKind::Droplet && own_radius_m > 0.0 && particle.radius_m > 2.0 * own_radius_m
 }
 
 /// What one droplet of a class measures on average.

@@ -60,8 +60,7 @@ pub enum PlanError {
 }
 
 /// Effects whose names exist before their simulation does.
-const NOT_YET: [Effect; 5] =
-    [Effect::Multiple, Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
+const NOT_YET: [Effect; 5] = [Effect::Multiple, Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 const SHARE_OF_TARGET: f64 = 0.1;
@@ -79,13 +78,18 @@ pub fn plan(
     let facts = SceneFacts::of(scene);
     let decide = |(effect, name): &(Effect, &'static str)| {
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
+        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
         if NOT_YET.contains(effect) {
             return match switch {
                 Switch::On => Err(PlanError::NotYet(name)),
-                _ => Ok(Decision { effect: *effect, on: false, reason: "not in this version".into(), estimate: None }),
+                _ => Ok(Decision {
+                    effect: *effect,
+                    on: false,
+                    reason: format!("not in this version; {reason}"),
+                    estimate,
+                }),
             };
         }
-        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
         let threshold = SHARE_OF_TARGET * target;
         Ok(match switch {
             Switch::On => Decision { effect: *effect, on: true, reason: "switched on".into(), estimate },
@@ -119,7 +123,29 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
         }
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
-        _ => (None, String::new()),
+        Effect::Multiple => (
+            Some(1.0 - (-facts.deepest_optical_depth).exp()),
+            format!("optical depth up to about {:.3}", facts.deepest_optical_depth),
+        ),
+        Effect::Glow | Effect::AirMultiple => {
+            let lit_air = settings.atmosphere.scattering_per_m > 0.0 && !facts.is_empty();
+            (
+                (!lit_air).then_some(0.0),
+                if lit_air { "droplets light the air" } else { "no air is lit by droplets" }.into(),
+            )
+        }
+        Effect::Refraction => {
+            let magnified = facts.n_magnified > 0;
+            ((!magnified).then_some(0.0), format!("{} droplets are magnified", facts.n_magnified))
+        }
+        Effect::SunDisc => (Some(0.0), "the sun is a point".into()),
+    }
+}
+
+impl Decision {
+    /// Whether leaving the effect out changes anything at all.
+    pub fn matters(&self) -> bool {
+        self.estimate.is_none_or(|estimate| estimate > 0.0)
     }
 }
 

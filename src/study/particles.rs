@@ -10,11 +10,11 @@ use super::make_cloud;
 use crate::plan;
 use crate::scene::generate::{CloudShape, Content, GenerateError, Recipe};
 use crate::scene::gltf::write;
-use crate::scene::{LoadOptions, SceneError, load};
 use crate::scene::model::ParticleKind;
+use crate::scene::{LoadOptions, SceneError, load};
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::transport::{
-    Prepared, PrepareError, RayCounts, RenderRequest, SilentProgress, Spectral, Stage, Until, render,
+    PrepareError, Prepared, RayCounts, RenderRequest, SilentProgress, Spectral, Stage, Until, render,
 };
 
 /// What is measured at each count.

@@ -5,6 +5,15 @@ use std::sync::Arc;
 use crate::optics::phase_function::PhaseFunction;
 use crate::optics::tables::OpticalTables;
 
+/// Whether droplets absorb.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absorption {
+    /// As their material does.
+    Simulated,
+    /// They scatter all that they remove.
+    LeftOut,
+}
+
 /// Optical numbers of every size bin at every rendered wavelength.
 pub struct Media {
     n_wavelengths: usize,
@@ -25,14 +34,17 @@ pub struct Media {
 
 impl Media {
     /// Lays out the tables; droplets act on a disc of sqrt(max(1, Q_max)) times their drawn radius.
-    pub fn new(tables: &OpticalTables) -> Self {
-        let (n_bins, n_wavelengths) = (tables.n_bins(), tables.n_wavelengths());
-        let disc_area = |bin: usize| tables.q_max(bin).max(1.0);
+    ///
+    /// Tables of a single wavelength serve all of them (no dispersion).
+    pub fn new(tables: &OpticalTables, n_wavelengths: usize, absorption: Absorption) -> Self {
+        let n_bins = tables.bins.len();
+        let at = |bin: usize, w: usize| tables.get(bin as u32, w.min(tables.wavelengths_m.len() - 1));
+        let disc_area = |bin: usize| tables.bins[bin].q_max.max(1.0);
         let rows = |f: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             (0..n_bins).flat_map(|bin| (0..n_wavelengths).map(move |w| f(bin, w))).collect()
         };
-        let c_ext_m2 = rows(&|bin, w| tables.get(bin, w).c_ext_m2);
-        let event_probability = rows(&|bin, w| tables.get(bin, w).q_ext / disc_area(bin));
+        let c_ext_m2 = rows(&|bin, w| at(bin, w).c_ext_m2);
+        let event_probability = rows(&|bin, w| at(bin, w).q_ext / disc_area(bin));
         let row_max =
             |values: &[f64]| values.chunks(n_wavelengths).map(|row| row.iter().copied().fold(0.0, f64::max)).collect();
         Self {
@@ -41,9 +53,13 @@ impl Media {
             max_event_probability: row_max(&event_probability),
             c_ext_m2,
             event_probability,
-            albedo: rows(&|bin, w| tables.get(bin, w).albedo),
+            albedo: rows(&|bin, w| match absorption {
+                Absorption::Simulated => at(bin, w).albedo,
+                Absorption::LeftOut => 1.0,
+            }),
             phase: (0..n_bins)
-                .flat_map(|bin| (0..n_wavelengths).map(move |w| tables.get(bin, w).phase.clone()))
+                .flat_map(|bin| (0..n_wavelengths).map(move |w| (bin, w)))
+                .map(|(bin, w)| at(bin, w).phase.clone())
                 .collect(),
             disc_scale: (0..n_bins).map(|bin| disc_area(bin).sqrt()).collect(),
         }

@@ -7,13 +7,14 @@ mod lighting;
 mod march;
 mod media;
 mod place;
+mod prepare;
 mod random;
 mod render;
 mod sample;
 mod transmittance;
 
 pub use lighting::Lighting;
-pub use media::Media;
-pub use place::{PlaceError, place_bodies};
-pub use render::{Progress, RayCounts, RenderOutcome, RenderRequest, SilentProgress, Until, render};
+pub use media::{Absorption, Media};
+pub use prepare::{Counts, PrepareError, Prepared, Stage};
+pub use render::{Progress, RayCounts, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};
 pub use sample::RenderContext;
