@@ -167,6 +167,23 @@ fn instances_take_radius_from_attribute_or_mesh_and_center_from_both() -> Outcom
 }
 
 #[test]
+fn instances_of_a_bare_point_bring_their_own_radii() -> Outcome {
+    let mut gltf = Gltf::new();
+    let position = gltf.floats("VEC3", &[0.0, 0.0, 1.0]);
+    let translation = gltf.floats("VEC3", &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+    let radius = gltf.floats("SCALAR", &[0.5, 0.25]);
+    let count = gltf.floats("SCALAR", &[1.0, 7.0]);
+    gltf.json["meshes"] = json!([{ "primitives": [{ "mode": 0, "attributes": { "POSITION": position } }] }]);
+    let attributes = json!({ "TRANSLATION": translation, "_RADIUS": radius, "_DROPLET_COUNT": count });
+    gltf.json["nodes"] = json!([{ "mesh": 0, "scale": [2.0, 2.0, 2.0],
+        "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } } }]);
+    let particles = gltf.load(&options())?.particles;
+    assert_eq!(particles.iter().map(|p| (p.radius_m, p.count)).collect::<Vec<_>>(), [(1.0, 1.0), (0.5, 7.0)]);
+    assert_eq!(particles[1].center_m.to_array(), [4.0, 0.0, 2.0]);
+    Ok(())
+}
+
+#[test]
 fn marked_spheres_are_droplets_wherever_the_mark_stands_and_duplicates_count() -> Outcome {
     for place in ["node", "mesh", "material", "glob"] {
         let mut gltf = Gltf::new();

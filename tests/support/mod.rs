@@ -98,7 +98,8 @@ pub fn everything() -> Gltf {
         { "name": "sun", "extensions": { "KHR_lights_punctual": { "light": 0 } }, "extras": { "mie_cloud.spectrum": "d65" } },
         { "name": "lamp", "extensions": { "KHR_lights_punctual": { "light": 1 } } },
     ]);
-    gltf.json["cameras"] = json!([{ "type": "orthographic", "orthographic": { "xmag": 2.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0 } }]);
+    gltf.json["cameras"] =
+        json!([{ "type": "orthographic", "orthographic": { "xmag": 2.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0 } }]);
     gltf.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
         { "type": "directional", "intensity": 90000.0, "color": [1.0, 0.9, 0.8] }, { "type": "spot" } ] } });
     gltf.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
