@@ -9,6 +9,35 @@ use super::{
     angular::{Order, OrderPair, Split, sum_orders},
 };
 
+/// The independent elements of the scattering matrix of a sphere at one angle (Bohren & Huffman 1983, eq. 4.77).
+///
+/// S21 = S12, S22 = S11, S43 = -S34 and S44 = S33; the others are zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatteringMatrix {
+    /// (|S1|^2 + |S2|^2) / 2, the intensity of unpolarised light.
+    pub s11: f64,
+    /// (|S2|^2 - |S1|^2) / 2; -s12 / s11 is the degree of polarisation.
+    pub s12: f64,
+    /// Re(S1 S2*).
+    pub s33: f64,
+    /// Im(S2 S1*).
+    pub s34: f64,
+}
+
+impl ScatteringMatrix {
+    /// The matrix that belongs to the amplitudes `s1`, `s2`.
+    pub fn from_amplitudes(s1: Complex64, s2: Complex64) -> Self {
+        let (perpendicular, parallel) = (s1.norm_sqr(), s2.norm_sqr());
+        let cross = s2 * s1.conj();
+        Self {
+            s11: 0.5 * (parallel + perpendicular),
+            s12: 0.5 * (parallel - perpendicular),
+            s33: cross.re,
+            s34: cross.im,
+        }
+    }
+}
+
 impl Series {
     /// Amplitudes S1 and S2 (Bohren & Huffman 1983, eq. 4.74) at `theta_rad`, each in 0 ..= pi.
     ///
@@ -159,17 +188,18 @@ fn check_length(angles: &Angles, len: usize) -> Result<(), MieError> {
     if len == angles.len() { Ok(()) } else { Err(MieError::Lengths { angles: angles.len(), values: len }) }
 }
 
-/// Number of angle vectors per pass: 13 registers each, of which AVX-512 has 32 and others 16.
+/// Whether two vectors of angles go together. Each needs 13 registers, so AVX-512 (32) holds two and AVX2 (16) one;
+/// single numbers wait for each other less in twos (measured: 1.6 times faster).
 #[inline(always)]
-fn wide<S: Simd>() -> bool {
-    S::REGISTER_COUNT >= 32
+fn in_twos<S: Simd>() -> bool {
+    S::REGISTER_COUNT >= 32 || S::F64_LANES == 1
 }
 
 /// Calls `visit` with every vector of folded angles summed, and its index.
 #[inline(always)]
 fn for_each_vector<S: Simd>(simd: S, orders: &[OrderPair], h: &[f64], mut visit: impl FnMut(usize, Split<S::f64s>)) {
     let (vectors, _) = S::as_simd_f64s(h);
-    let (pairs, rest) = if wide::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
+    let (pairs, rest) = if in_twos::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
     for (i, pair) in pairs.iter().enumerate() {
         let [first, second] = sum_orders(simd, orders, *pair);
         visit(2 * i, first);
@@ -204,10 +234,8 @@ impl WithSimd for FoldedAmplitudes<'_> {
             |vector, split| {
                 let (slots, _) = S::as_mut_simd_f64s(&mut planes);
                 let (forward, backward) = (split.forward(simd), split.backward(simd));
-                for i in 0..4 {
-                    slots[i] = forward[i];
-                    slots[4 + i] = backward[i];
-                }
+                slots[..4].copy_from_slice(&forward);
+                slots[4..8].copy_from_slice(&backward);
                 for lane in 0..lanes {
                     for plane in 0..8 {
                         out[vector * lanes + lane][plane] = planes[plane * lanes + lane];
@@ -254,4 +282,42 @@ fn add_intensity<S: Simd>(simd: S, weight: S::f64s, sum: S::f64s, [a, b, c, d]: 
     let s1 = simd.mul_add_e_f64s(a, a, simd.mul_f64s(b, b));
     let s2 = simd.mul_add_e_f64s(c, c, simd.mul_f64s(d, d));
     simd.mul_add_e_f64s(weight, simd.add_f64s(s1, s2), sum)
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use pulp::{
+        Scalar,
+        x86::{V3, V4},
+    };
+
+    use super::*;
+
+    /// Runs the angular sums by one instruction set.
+    fn amplitudes_by(simd: impl Simd, series: &Series, angles: &Angles) -> Vec<[f64; 8]> {
+        let mut out = vec![[0.0; 8]; angles.h.len()];
+        simd.vectorize(FoldedAmplitudes { orders: &series.orders(), h: &angles.h, out: &mut out });
+        out
+    }
+
+    #[test]
+    fn instruction_sets_agree_to_rounding() {
+        let theta: Vec<f64> = (0..=90).map(|i| f64::from(i).to_radians()).collect();
+        let angles = Angles::new(&theta).unwrap();
+        for (x, n, k) in [(0.3, 1.33, 0.0), (40.0, 1.5, 0.01), (400.0, 1.33, 0.0)] {
+            let series = Series::new(x, Complex64::new(n, k)).unwrap();
+            let want = amplitudes_by(Scalar::new(), &series, &angles);
+            let largest = want.iter().flatten().fold(0.0, |a: f64, v| a.max(v.abs()));
+            let others = [
+                V3::try_new().map(|simd| amplitudes_by(simd, &series, &angles)),
+                V4::try_new().map(|simd| amplitudes_by(simd, &series, &angles)),
+            ];
+            for got in others.into_iter().flatten() {
+                for (got, want) in got.iter().flatten().zip(want.iter().flatten()) {
+                    // Fused and separate roundings drift apart by about eps per order.
+                    assert!((got - want).abs() <= 1e-15 * x.max(10.0) * largest, "{got} {want}");
+                }
+            }
+        }
+    }
 }

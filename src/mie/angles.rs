@@ -40,15 +40,14 @@ impl Angles {
         if let Some(&bad) = theta_rad.iter().find(|t| !(0.0..=PI).contains(*t)) {
             return Err(MieError::Angle(bad));
         }
-        let folded = |theta: f64| if theta <= FRAC_PI_2 { theta } else { PI - theta };
-        let mut order: Vec<usize> = (0..theta_rad.len()).collect();
-        order.sort_by(|&i, &j| folded(theta_rad[i]).total_cmp(&folded(theta_rad[j])));
-        let mut h = Vec::with_capacity(theta_rad.len());
+        let mut folded: Vec<(f64, usize)> =
+            theta_rad.iter().enumerate().map(|(i, &t)| (if t <= FRAC_PI_2 { t } else { PI - t }, i)).collect();
+        folded.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut h = Vec::with_capacity(theta_rad.len().next_multiple_of(8));
         let mut sources = vec![Source::Forward(0); theta_rad.len()];
         let mut entry_angle = f64::NEG_INFINITY;
-        for i in order {
+        for (angle, i) in folded {
             let theta = theta_rad[i];
-            let angle = folded(theta);
             if angle - entry_angle > MIRROR_TOLERANCE || (angle == 0.0) != (entry_angle == 0.0) {
                 entry_angle = angle;
                 h.push(one_minus_cos(theta));

@@ -19,8 +19,9 @@ use super::tables::OpticsError;
 use crate::mie::MieError;
 use crate::spectrum::observer::{VISIBLE_MAX_NM, VISIBLE_MIN_NM};
 
-/// Wavelengths at which the largest extinction is looked for: every 12.5 nm of the visible range.
-const Q_MAX_WAVELENGTHS: usize = 33;
+/// Wavelengths at which the largest extinction is looked for: every 12.5 nm of the visible range for distributions,
+/// which are smooth, and every 3.1 nm for a single radius, which has ripples.
+const Q_MAX_WAVELENGTHS: [usize; 2] = [33, 129];
 
 /// Radii for that search: the largest of 33 values needs no more than a percent.
 const Q_MAX_ACCURACY: AverageAccuracy =
@@ -161,8 +162,9 @@ impl BinJob<'_> {
 
     /// The largest extinction efficiency over 380-780 nm, as far as the material's data reach.
     pub fn visible_q_max(&self) -> Result<f64, OpticsError> {
-        let step_nm = (VISIBLE_MAX_NM - VISIBLE_MIN_NM) / (Q_MAX_WAVELENGTHS - 1) as f64;
-        let visible = (0..Q_MAX_WAVELENGTHS).map(|i| (VISIBLE_MIN_NM + step_nm * i as f64) * 1e-9);
+        let count = Q_MAX_WAVELENGTHS[usize::from(self.law.mono_radius().is_some())];
+        let step_nm = (VISIBLE_MAX_NM - VISIBLE_MIN_NM) / (count - 1) as f64;
+        let visible = (0..count).map(|i| (VISIBLE_MIN_NM + step_nm * i as f64) * 1e-9);
         let mut largest = 0.0f64;
         for wavelength_m in visible {
             if let Ok(m) = self.class.material.index(wavelength_m) {

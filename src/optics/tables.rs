@@ -29,7 +29,7 @@ pub enum OpticsError {
     #[error(transparent)]
     Material(#[from] MaterialError),
     /// A droplet is outside the domain of the Mie series.
-    #[error("droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius or the wavelength")]
+    #[error("droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius (rmax of a distribution) or the wavelength")]
     Mie { sizes: String, wavelength_nm: f64, reason: MieError },
     /// The fitted phase function does not reach these droplets.
     #[error(
@@ -90,7 +90,7 @@ impl OpticalTables {
     pub fn build(plan: &BinPlan, classes: &[DropletClass], settings: &TableSettings) -> Result<Self, OpticsError> {
         let shared = SharedPhases::new(plan, classes, settings)?;
         let jobs: Vec<BinJob> =
-            plan.bins.iter().map(|bin| job(bin, classes, settings, &shared)).collect::<Result<_, _>>()?;
+            plan.bins.iter().map(|bin| job(bin, plan, classes, settings, &shared)).collect::<Result<_, _>>()?;
         let cache = settings.cache.map(TableCache::new);
         let pairs: Vec<(usize, usize)> =
             (0..jobs.len()).flat_map(|bin| (0..settings.wavelengths_m.len()).map(move |w| (bin, w))).collect();
@@ -131,18 +131,20 @@ impl OpticalTables {
 
 fn job<'a>(
     bin: &'a SizeBin,
+    plan: &BinPlan,
     classes: &'a [DropletClass],
     settings: &TableSettings,
     shared: &SharedPhases,
 ) -> Result<BinJob<'a>, OpticsError> {
     let class = find_class(bin, classes)?;
+    let sharing = plan.bins.iter().filter(|other| other.class == bin.class && other.is_slice()).count();
     Ok(BinJob {
         bin,
         class,
         law: bin.distribution.law(),
         table: shared.files[usize::from(bin.class)].clone(),
         size_parameter_cap: settings.size_parameter_cap,
-        accuracy: settings.accuracy,
+        accuracy: if bin.is_slice() { settings.accuracy.shared_by(sharing) } else { settings.accuracy },
     })
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::{SceneError, SceneFault, SceneResult};
 use super::folder::{Folder, read_file};
 use super::frame_cloud::{default_sun, framing_camera};
-use super::gltf::{Parts, read as read_gltf};
+use super::gltf::{Parts, read};
 use super::hash::content_hash;
 use super::model::Scene;
 use super::settings::Settings;
@@ -25,7 +25,7 @@ pub struct LoadOptions {
     pub radius_m: Option<f64>,
     /// `--resolution`: wins over `image.resolution`, also for framing; pixels, each at least 1.
     pub resolution: Option<[u32; 2]>,
-    /// `--memory-limit`: what particles and fog boxes may take; by default 24 MiB and 12 bytes for each of the files'.
+    /// `--memory-limit`: what particles and fog boxes may take; by default 32 MiB and 12 bytes for each of the files'.
     pub memory_limit_bytes: Option<u64>,
 }
 
@@ -54,7 +54,7 @@ fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
     }
     let file = read_file(path, u64::MAX)
         .map_err(|refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem))))?;
-    let parts = read_gltf(&file, &Folder::of_scene(path), options)?;
+    let parts = read(&file, &Folder::of_scene(path), options)?;
     drop(file);
     let name = path.display().to_string();
     complete(name, parts)
