@@ -12,7 +12,7 @@ use std::{
 };
 
 use criterion::Criterion;
-use mie_cloud::mie::{Angles, Solver};
+use mie_cloud::mie::{Angles, IntensitySum, Solver};
 use num_complex::Complex64;
 use scatrs::mie::{AmplitudeBuffers, AngularTable, Mie, MieOptions};
 
@@ -103,6 +103,16 @@ fn bench_table(criterion: &mut Criterion, samples: &Samples) {
             ours.series(x, m).unwrap().intensities_at(&angles, &mut out).unwrap();
             black_box(&out);
         }
+    });
+    let sum_task = format!("mean over the table's {} spheres", spheres.len());
+    measure(criterion, samples, &sum_task, OURS, || {
+        let angles = Angles::new(&theta).unwrap();
+        let mut sum = IntensitySum::new(&angles);
+        for &x in &spheres {
+            sum.add(&ours.series(x, m).unwrap(), 1.0);
+        }
+        sum.write(&mut out).unwrap();
+        black_box(&out);
     });
     let (mut theirs, options) = (Mie::<f64>::new(), MieOptions::new());
     let (mut s1, mut s2) = (vec![Complex64::default(); N_ANGLES], vec![Complex64::default(); N_ANGLES]);

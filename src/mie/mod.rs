@@ -45,13 +45,15 @@ mod coefficients;
 pub mod domain;
 mod efficiencies;
 mod exterior;
+mod intensity;
 mod interior;
 mod solver;
 mod terms;
 mod waves;
 
-pub use amplitudes::{IntensitySum, ScatteringMatrix};
+pub use amplitudes::ScatteringMatrix;
 pub use angles::Angles;
+pub use intensity::IntensitySum;
 pub use solver::{Solver, efficiencies};
 
 /// The sphere is outside the domain of the theory as it is computed here.
