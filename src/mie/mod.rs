@@ -32,8 +32,8 @@
 //!
 //! # Accuracy and domain
 //!
-//! [`domain`] has both as data. The time of a sphere grows like max(1, |m|) x: about 4 ns per order, half a second
-//! at worst (x = 1e6, n = 20).
+//! [`domain`] has both as data. The time of a sphere grows like max(1, |m|) x: about 4 ns per order, 0.1 s at
+//! worst (x = 1e6, n = 20).
 
 use num_complex::Complex64;
 use thiserror::Error;
