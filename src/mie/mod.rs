@@ -85,7 +85,7 @@ pub struct Efficiencies {
     pub q_abs: f64,
     /// Radar backscattering efficiency, 4 |S1(180 deg)|^2 / x^2.
     pub q_back: f64,
-    /// Radiation pressure efficiency, q_ext - g q_sca.
+    /// Radiation pressure efficiency, q_ext - g q_sca; good to the rounding of q_ext, so not where g is close to 1.
     pub q_pr: f64,
     /// Asymmetry parameter, the mean cosine of the scattering angle; 0 where nothing is scattered (m = 1).
     pub g: f64,
