@@ -4,9 +4,17 @@
 //! forward; phase functions integrate to 1 over the sphere; directions `wo`, `wi` point away from the point.
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
+pub mod accel;
+pub mod cli;
+pub mod film;
+pub mod image;
 pub mod mie;
 pub mod optics;
+pub mod plan;
 pub mod scene;
 pub mod spectrum;
+pub mod study;
+pub mod suggest;
+pub mod transport;
 pub mod units;
 pub mod warning;

@@ -1,3 +1,7 @@
-//! The program: parses, runs, prints the error chain, sets the exit code.
+//! The program: runs the command line and sets the exit code.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    mie_cloud::cli::run(std::env::args_os())
+}

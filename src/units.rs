@@ -44,6 +44,21 @@ pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
     Ok(if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale })
 }
 
+/// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value.
+///
+/// ```
+/// use mie_cloud::units::{format_in, parse_length_m};
+/// assert_eq!(format_in(5.5e-7, 1e9) + "nm", "550nm");
+/// assert_eq!(parse_length_m("550nm")?, 5.5e-7);
+/// # Ok::<(), mie_cloud::units::UnitError>(())
+/// ```
+pub fn format_in(value: f64, per_unit: f64) -> String {
+    let scaled = value * per_unit;
+    let rounded = format!("{scaled:.14e}").parse().unwrap_or(scaled);
+    let candidates = [rounded, scaled, scaled.next_up(), scaled.next_down()];
+    candidates.into_iter().find(|text| text / per_unit == value).unwrap_or(scaled).to_string()
+}
+
 /// Splits `12.5e-3um` into its number and its unit.
 pub fn split_unit(text: &str) -> (&str, &str) {
     let bytes = text.as_bytes();

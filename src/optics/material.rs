@@ -1,13 +1,21 @@
 //! Materials: refractive index against wavelength.
 
-use std::sync::Arc;
+use std::fmt;
+use std::sync::{Arc, LazyLock};
+
+use num_complex::Complex64;
+use thiserror::Error;
+
+use super::ReadText;
+use super::csv::{CsvError, NumericCsv, Row, parse_numeric};
+use crate::suggest::did_you_mean;
 
 /// What a droplet is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
-    /// Liquid water at 20 C: n of Daimon & Masumura (2007), k of Segelstein (1981).
+    /// Liquid water at 20 C: n of Daimon & Masumura (2007), k of Segelstein (1981); 205.2-1129 nm.
     Water,
-    /// Ice Ih at 266 K: Warren & Brandt (2008).
+    /// Ice Ih at 266 K: Warren & Brandt (2008); 201-3969 nm.
     Ice,
     /// The same index at every wavelength.
     Constant { n: f64, k: f64 },
@@ -26,4 +34,337 @@ pub struct IndexTable {
     pub n: Vec<f64>,
     /// Imaginary part, >= 0.
     pub k: Vec<f64>,
+}
+
+/// A material could not be read, or has no index where it is asked for.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum MaterialError {
+    /// Not a material.
+    #[error("`{0}` is not a material{hint}; accepted are water, ice, an index like n=1.33,k=0 and a file.csv", hint = did_you_mean(.0, ["water", "ice"]))]
+    Unknown(String),
+    /// The index is outside the domain of the theory.
+    #[error("{of}: index n = {n}, k = {k} must have {N_MIN} <= n <= {N_MAX} and 0 <= k <= {K_MAX} (k > 0 absorbs)")]
+    Index { of: String, n: f64, k: f64 },
+    /// The wavelength is outside the data.
+    #[error(
+        "{material} has no refractive index at {wavelength_nm} nm: its data span {min_nm} to {max_nm} nm; choose a wavelength in that range or give an index like n=1.33,k=0"
+    )]
+    Wavelength { material: String, wavelength_nm: f64, min_nm: f64, max_nm: f64 },
+    /// The file is not a numeric CSV.
+    #[error(transparent)]
+    Csv(#[from] CsvError),
+    /// The header does not name the columns.
+    #[error(
+        "{0}: the header must name the columns wavelength_um (or wavelength_nm), n and k, like `wavelength_um,n,k`"
+    )]
+    Header(String),
+    /// The wavelengths do not increase.
+    #[error("{file}, line {line}: wavelengths must be above zero and increase from line to line; sort the rows")]
+    Order { file: String, line: usize },
+}
+
+/// Domain of the refractive index, that of the Mie series.
+const N_MIN: f64 = 0.05;
+const N_MAX: f64 = 20.0;
+const K_MAX: f64 = 100.0;
+
+/// Density of water at 20 C, kg/m^3 (CIPM formula: Tanaka et al. 2001, Metrologia 38, 301).
+const WATER_KG_PER_M3: f64 = 998.2;
+
+/// Density of ice Ih at 0 C, kg/m^3 (CRC Handbook of Chemistry and Physics).
+const ICE_KG_PER_M3: f64 = 917.0;
+
+/// Daimon & Masumura (2007) at 20.0 C: n^2 - 1 = sum a L^2 / (L^2 - b), L in um. Rows (a, b) of
+/// `data/water_daimon_masumura_2007_coeffs.csv`.
+const WATER_SELLMEIER: [(f64, f64); 4] = [
+    (0.568402767, 0.00510182977),
+    (0.172617733, 0.0182115398),
+    (0.0208618958, 0.0262072235),
+    (0.113074869, 10.6979275),
+];
+
+/// Range of the Sellmeier formula, m (Daimon & Masumura 2007).
+const WATER_SELLMEIER_RANGE_M: (f64, f64) = (182e-9, 1129e-9);
+
+/// How far outside its data a wavelength may lie, relative: the rounding of unit conversions.
+const EDGE_SLACK: f64 = 1e-9;
+
+static WATER_TABLE: LazyLock<IndexTable> =
+    LazyLock::new(|| embedded("water", include_str!("../../data/water_segelstein_1981_25C.csv")));
+static ICE_TABLE: LazyLock<IndexTable> =
+    LazyLock::new(|| embedded("ice", include_str!("../../data/ice_warren_brandt_2008_266K.csv")));
+
+/// A table that belongs to the program; a test checks that it reads.
+fn embedded(name: &str, text: &str) -> IndexTable {
+    IndexTable::parse(name, text).unwrap_or_else(|_| IndexTable {
+        name: name.into(),
+        wavelength_m: Vec::new(),
+        n: Vec::new(),
+        k: Vec::new(),
+    })
+}
+
+impl Material {
+    /// Reads `water`, `ice`, `1.33`, `1.33,0`, `n=1.33,k=0` or the name of a CSV file.
+    ///
+    /// # Errors
+    /// When the text is none of these, the index is out of range or the file is defective.
+    ///
+    /// ```
+    /// use mie_cloud::optics::material::Material;
+    /// let no_files = |name: &str| Err(format!("{name} may not be read"));
+    /// let material = Material::parse("n=1.5,k=0.01", &no_files)?;
+    /// assert_eq!(material, Material::Constant { n: 1.5, k: 0.01 });
+    /// # Ok::<(), mie_cloud::optics::material::MaterialError>(())
+    /// ```
+    pub fn parse(text: &str, read: ReadText) -> Result<Self, MaterialError> {
+        let text = text.trim();
+        let file = text.strip_prefix("csv:").unwrap_or(text).trim();
+        match text {
+            "water" => Ok(Self::Water),
+            "ice" => Ok(Self::Ice),
+            _ if file.to_lowercase().ends_with(".csv") || file != text => {
+                let content = read(file)
+                    .map_err(|reason| CsvError::Unreadable { file: file.into(), reason: reason.to_string() })?;
+                Ok(Self::Table(Arc::new(IndexTable::parse(file, &content)?)))
+            }
+            _ => {
+                let (n, k) = parse_index(text).ok_or_else(|| MaterialError::Unknown(text.into()))?;
+                check_index(text, n, k)?;
+                Ok(Self::Constant { n, k })
+            }
+        }
+    }
+
+    /// The refractive index m = n + ik, k >= 0, at a vacuum wavelength; relative to air taken as vacuum.
+    ///
+    /// # Errors
+    /// When the wavelength is outside the material's data.
+    pub fn index(&self, wavelength_m: f64) -> Result<Complex64, MaterialError> {
+        match self {
+            Self::Constant { n, k } => Ok(Complex64::new(*n, *k)),
+            Self::Table(table) => table.index(wavelength_m),
+            Self::Ice => ICE_TABLE.index(wavelength_m),
+            Self::Water => {
+                let first_m = WATER_TABLE.range_m().0.max(WATER_SELLMEIER_RANGE_M.0);
+                let last_m = WATER_TABLE.range_m().1.min(WATER_SELLMEIER_RANGE_M.1);
+                let outside = || out_of_range("water", wavelength_m, first_m, last_m);
+                if wavelength_m > last_m * (1.0 + EDGE_SLACK) {
+                    return Err(outside());
+                }
+                let k = WATER_TABLE.index(wavelength_m).map_err(|_| outside())?.im;
+                Ok(Complex64::new(water_n(wavelength_m * 1e6), k))
+            }
+        }
+    }
+
+    /// Density for turning liquid water content into droplets, kg/m^3; materials that are neither water nor ice take
+    /// water's, since a content in g/m^3 means water unless it says otherwise.
+    pub fn density_kg_per_m3(&self) -> f64 {
+        match self {
+            Self::Ice => ICE_KG_PER_M3,
+            Self::Water | Self::Constant { .. } | Self::Table(_) => WATER_KG_PER_M3,
+        }
+    }
+
+    /// The material as it is written in settings.
+    pub fn name(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl fmt::Display for Material {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Water => f.write_str("water"),
+            Self::Ice => f.write_str("ice"),
+            Self::Constant { n, k } => write!(f, "n={n},k={k}"),
+            Self::Table(table) => write!(f, "csv:{}", table.name),
+        }
+    }
+}
+
+impl IndexTable {
+    /// Reads the columns wavelength_um (or wavelength_nm), n and k, in any order, from the text of a CSV file.
+    ///
+    /// # Errors
+    /// When the header does not name them, a row is not numbers, the wavelengths do not increase or an index is out of
+    /// range.
+    pub fn parse(name: &str, text: &str) -> Result<Self, MaterialError> {
+        let csv = parse_numeric(name, text, 3, 1)?;
+        let ([wavelength, n, k], per_meter) = find_columns(name, &csv)?;
+        let mut table = Self { name: name.into(), wavelength_m: Vec::new(), n: Vec::new(), k: Vec::new() };
+        for Row { line, values } in &csv.rows {
+            let wavelength_m = values[wavelength] / per_meter;
+            let increases = table.wavelength_m.last().is_none_or(|last| *last < wavelength_m);
+            if wavelength_m <= 0.0 || !increases {
+                return Err(MaterialError::Order { file: name.into(), line: *line });
+            }
+            check_index(&format!("{name}, line {line}"), values[n], values[k])?;
+            table.wavelength_m.push(wavelength_m);
+            table.n.push(values[n]);
+            table.k.push(values[k]);
+        }
+        Ok(table)
+    }
+
+    /// First and last wavelength, m.
+    fn range_m(&self) -> (f64, f64) {
+        let edge = |wavelength: Option<&f64>| wavelength.copied().unwrap_or(0.0);
+        (edge(self.wavelength_m.first()), edge(self.wavelength_m.last()))
+    }
+
+    /// The index at a vacuum wavelength: n linear, k linear in the logarithms where it is above zero.
+    ///
+    /// # Errors
+    /// When the wavelength is outside the table.
+    pub fn index(&self, wavelength_m: f64) -> Result<Complex64, MaterialError> {
+        let (first_m, last_m) = self.range_m();
+        let is_inside = first_m * (1.0 - EDGE_SLACK) <= wavelength_m && wavelength_m <= last_m * (1.0 + EDGE_SLACK);
+        if !is_inside {
+            return Err(out_of_range(&self.name, wavelength_m, first_m, last_m));
+        }
+        let wavelength_m = wavelength_m.clamp(first_m, last_m);
+        let above = self.wavelength_m.partition_point(|w| *w <= wavelength_m);
+        if above == self.wavelength_m.len() {
+            return Ok(Complex64::new(self.n[above - 1], self.k[above - 1]));
+        }
+        let (w0, w1) = (self.wavelength_m[above - 1], self.wavelength_m[above]);
+        let t = (wavelength_m - w0) / (w1 - w0);
+        let n = self.n[above - 1] + t * (self.n[above] - self.n[above - 1]);
+        let (k0, k1) = (self.k[above - 1], self.k[above]);
+        let k = if k0 > 0.0 && k1 > 0.0 {
+            k0 * ((wavelength_m / w0).ln() / (w1 / w0).ln() * (k1 / k0).ln()).exp()
+        } else {
+            k0 + t * (k1 - k0)
+        };
+        Ok(Complex64::new(n, k))
+    }
+}
+
+/// Where wavelength, n and k stand, and how many of the wavelength's unit make a metre.
+fn find_columns(name: &str, csv: &NumericCsv) -> Result<([usize; 3], f64), MaterialError> {
+    let missing = || MaterialError::Header(name.into());
+    let header = csv.header.as_ref().ok_or_else(missing)?;
+    let find = |column: &str| header.iter().position(|found| found == column);
+    let (wavelength, per_meter) = match (find("wavelength_um"), find("wavelength_nm")) {
+        (Some(column), None) => (column, 1e6),
+        (None, Some(column)) => (column, 1e9),
+        _ => return Err(missing()),
+    };
+    Ok(([wavelength, find("n").ok_or_else(missing)?, find("k").ok_or_else(missing)?], per_meter))
+}
+
+/// `1.33`, `1.33,0` or `n=1.33,k=0`.
+fn parse_index(text: &str) -> Option<(f64, f64)> {
+    let (n, k) = text.split_once(',').unwrap_or((text, "0"));
+    let number = |part: &str, key: &str| -> Option<f64> {
+        let part = part.trim();
+        let value = match part.split_once('=') {
+            Some((found, value)) => (found.trim() == key).then_some(value)?,
+            None => part,
+        };
+        value.trim().parse().ok()
+    };
+    Some((number(n, "n")?, number(k, "k")?))
+}
+
+fn check_index(of: &str, n: f64, k: f64) -> Result<(), MaterialError> {
+    if (N_MIN..=N_MAX).contains(&n) && (0.0..=K_MAX).contains(&k) {
+        return Ok(());
+    }
+    Err(MaterialError::Index { of: of.into(), n, k })
+}
+
+fn out_of_range(material: &str, wavelength_m: f64, first_m: f64, last_m: f64) -> MaterialError {
+    // Shown to people: rounded to 1e-6 nm.
+    let in_nm = |length_m: f64| (length_m * 1e15).round() / 1e6;
+    MaterialError::Wavelength {
+        material: material.into(),
+        wavelength_nm: in_nm(wavelength_m),
+        min_nm: in_nm(first_m),
+        max_nm: in_nm(last_m),
+    }
+}
+
+fn water_n(um: f64) -> f64 {
+    let square = um * um;
+    (1.0 + WATER_SELLMEIER.iter().map(|(a, b)| a * square / (square - b)).sum::<f64>()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Material, MaterialError> {
+        Material::parse(text, &|name| match name {
+            "glass.csv" => Ok("wavelength_nm,n,k\n400,1.5,1e-8\n800,1.4,1e-6\n".into()),
+            "swapped.csv" => Ok("k,n,wavelength_um\n0,1.5,0.4\n0,1.4,0.8\n".into()),
+            "unsorted.csv" => Ok("wavelength_nm,n,k\n400,1.5,0\n300,1.4,0\n".into()),
+            "gain.csv" => Ok("wavelength_nm,n,k\n400,1.5,-1e-9\n".into()),
+            "headless.csv" => Ok("400,1.5,0\n".into()),
+            _ => Err("no such file".into()),
+        })
+    }
+
+    #[test]
+    fn water_is_that_of_the_references() -> Result<(), MaterialError> {
+        // n: Daimon & Masumura evaluated independently; k: Segelstein interpolated in logarithms.
+        for (nm, n, k) in [(380.0, 1.345619, 1.943e-9), (430.0, 1.341017, 1.082e-9), (780.0, 1.328961, 1.406e-7)] {
+            let m = Material::Water.index(nm * 1e-9)?;
+            assert!((m.re - n).abs() < 1e-6, "{nm} {m}");
+            assert!((m.im / k - 1.0).abs() < 1e-3, "{nm} {m}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn ice_is_that_of_the_references() -> Result<(), MaterialError> {
+        let m = Material::Ice.index(780e-9)?;
+        assert!((m.re - 1.3053).abs() < 1e-9 && (m.im / 1.02e-7 - 1.0).abs() < 2e-3, "{m}");
+        Ok(())
+    }
+
+    #[test]
+    fn indices_are_read_in_every_spelling() {
+        for text in ["1.33", "1.33,0", "n=1.33,k=0", " n = 1.33 , k = 0 ", "n=1.33"] {
+            assert_eq!(parse(text), Ok(Material::Constant { n: 1.33, k: 0.0 }), "{text}");
+        }
+        for material in [Material::Water, Material::Ice, Material::Constant { n: 1.5, k: 0.25 }] {
+            assert_eq!(parse(&material.name()), Ok(material));
+        }
+    }
+
+    #[test]
+    fn tables_interpolate_and_read_back() -> Result<(), MaterialError> {
+        let glass = parse("glass.csv")?;
+        assert_eq!(parse(&glass.name()), Ok(glass.clone()));
+        let m = glass.index(565.685_424_949_238e-9)?;
+        assert!((m.im / 1e-7 - 1.0).abs() < 1e-9, "halfway in the logarithms: {m}");
+        assert_eq!(glass.index(800e-9)?, Complex64::new(1.4, 1e-6));
+        assert_eq!(parse("swapped.csv")?.index(400e-9)?, Complex64::new(1.5, 0.0));
+        Ok(())
+    }
+
+    #[test]
+    fn defects_are_refused_with_a_remedy() {
+        assert!(matches!(parse("1.33,-1e-9"), Err(MaterialError::Index { .. })));
+        assert!(matches!(parse("gain.csv"), Err(MaterialError::Index { .. })));
+        assert!(matches!(parse("NaN"), Err(MaterialError::Index { .. })));
+        assert!(matches!(parse("unsorted.csv"), Err(MaterialError::Order { line: 3, .. })));
+        assert!(matches!(parse("headless.csv"), Err(MaterialError::Header(_))));
+        assert!(matches!(parse("other.csv"), Err(MaterialError::Csv(CsvError::Unreadable { .. }))));
+        assert!(parse("wter").unwrap_err().to_string().contains("did you mean `water`"));
+    }
+
+    #[test]
+    fn wavelengths_outside_the_data_are_refused() {
+        let error = Material::Water.index(2e-6).unwrap_err().to_string();
+        assert!(error.contains("2000 nm") && error.contains("1129 nm"), "{error}");
+        assert!(Material::Water.index(190e-9).is_err());
+        assert!(Material::Ice.index(5e-6).is_err());
+        assert!(Material::Ice.index(f64::NAN).is_err());
+        assert!(Material::Water.index(f64::NAN).is_err());
+    }
 }

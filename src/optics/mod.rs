@@ -1,8 +1,29 @@
 //! What droplets are made of and how they scatter: materials, size distributions, size bins, phase tables.
 
+mod bin_optics;
+pub mod bins;
+pub mod cache;
+pub mod csv;
 pub mod distribution;
+mod distribution_error;
+mod distribution_parse;
+pub mod ensemble;
+pub mod hg_draine;
 pub mod material;
+mod phase_blur;
+pub mod phase_build;
+pub mod phase_function;
 pub mod phase_model;
+mod phase_shape;
+pub mod phase_table;
+pub mod quadrature;
+pub mod size_average;
+pub mod size_law;
+pub mod size_nodes;
+pub mod tables;
+
+pub use bin_optics::BinOptics;
+pub use distribution_error::DistributionError;
 
 /// Reads the text of a file that a description names; the caller decides which files may be read.
 pub type ReadText<'a> = &'a dyn Fn(&str) -> Result<String, String>;

@@ -1,5 +1,7 @@
 //! What a scene is, once it has been read: everything in world space, metres, f64 where positions need it.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use super::settings::Settings;
@@ -15,7 +17,8 @@ pub struct Particle {
     pub radius_m: f32,
     /// The droplets' own radius r, m; `None` (stored as 0) takes the class's distribution.
     pub droplet_radius_m: f32,
-    /// Number of droplets; 1 is a single droplet met on its disc, above 1 (or any fog ball) a parcel.
+    /// Number of droplets; 1 for a droplet, any positive number for a parcel. In balls of fog that are filled by mass or
+    /// extinction it is 0 until [`Scene::fill_fog`] has turned these into a number.
     pub count: f32,
     /// Index into `Scene::classes`.
     pub class: u16,
@@ -47,6 +50,15 @@ pub struct FogBox {
     pub class: u16,
     /// The droplets' own radius, m; `None` takes the class's distribution.
     pub droplet_radius_m: Option<f64>,
+}
+
+/// A run of particles (parcels) that are balls of fog, filled evenly to one density.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FogBalls {
+    /// Indices into `Scene::particles`.
+    pub particles: Range<usize>,
+    /// How much fog each holds per volume.
+    pub density: FogDensity,
 }
 
 /// How densely a fog body is filled.
@@ -106,6 +118,8 @@ pub struct Scene {
     pub name: String,
     /// Droplets and parcels.
     pub particles: Vec<Particle>,
+    /// Balls of fog among the particles that wait for [`Scene::fill_fog`]; empty where all are given by number.
+    pub fog_balls: Vec<FogBalls>,
     /// Fog boxes.
     pub fog_boxes: Vec<FogBox>,
     /// What particles and boxes refer to; never empty.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::optics::DropletClass;
-use crate::optics::distribution::{Shape, SizeDistribution};
+use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
 use crate::optics::phase_model::PhaseModel;
 use crate::spectrum::SpectralMode;
@@ -169,11 +169,7 @@ impl Default for Settings {
                 class: DropletClass {
                     material: Material::Water,
                     phase: PhaseModel::Mie,
-                    distribution: SizeDistribution {
-                        shape: Shape::Gamma { reff_m: 6e-6, veff: 0.1 },
-                        r_min_m: 0.05e-6,
-                        r_max_m: 30e-6,
-                    },
+                    distribution: SizeDistribution::default(),
                     albedo: None,
                 },
                 materials: Vec::new(),

@@ -1,0 +1,81 @@
+//! Groups particles that the tree cannot tell apart: obvhs' builder is quadratic in coincident centres, and its tree a
+//! list.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::body::{Body, BodyKind};
+
+/// Bits per axis of the grid on which centres count as coincident: the padding of the tree's boxes.
+const BITS: u32 = 20;
+
+/// Sorts bodies along a Morton curve, merges identical ones, and returns the first body of each group, one more at the
+/// end.
+pub(super) fn group_coincident(bodies: &mut Vec<Body>, min: DVec3, max: DVec3) -> Vec<u32> {
+    let cells_per_m = f64::from(1u32 << BITS) / (max - min).max_element().max(f64::MIN_POSITIVE);
+    let mut keyed: Vec<(u64, Body)> =
+        bodies.par_iter().map(|body| (morton((body.center - min) * cells_per_m), *body)).collect();
+    keyed.par_sort_unstable_by_key(|(key, body)| (*key, body.sort_key()));
+    let mut group_start = Vec::with_capacity(keyed.len() + 1);
+    let mut last_key = None;
+    bodies.clear();
+    for (key, body) in keyed {
+        if last_key != Some(key) {
+            group_start.push(bodies.len() as u32);
+            last_key = Some(key);
+        } else if let Some(previous) = bodies.last_mut().filter(|previous| mergeable(previous, &body)) {
+            previous.load += body.load;
+            continue;
+        }
+        bodies.push(body);
+    }
+    group_start.push(bodies.len() as u32);
+    group_start
+}
+
+/// Identical droplets are one that is met several times; identical balls are one as dense as all of them.
+fn mergeable(a: &Body, b: &Body) -> bool {
+    a.kind() != BodyKind::Box && a.coincides(b)
+}
+
+/// Interleaves the cell's three coordinates.
+fn morton(cell: DVec3) -> u64 {
+    let limit = f64::from((1u32 << BITS) - 1);
+    let [x, y, z] = cell.to_array().map(|c| spread(c.clamp(0.0, limit) as u64));
+    x | y << 1 | z << 2
+}
+
+/// Puts two zero bits between the low 21 bits (Warren, Hacker's Delight 2nd ed. 2012, 7-2).
+fn spread(v: u64) -> u64 {
+    let v = (v | v << 32) & 0x001f_0000_0000_ffff;
+    let v = (v | v << 16) & 0x001f_0000_ff00_00ff;
+    let v = (v | v << 8) & 0x100f_00f0_0f00_f00f;
+    let v = (v | v << 4) & 0x10c3_0c30_c30c_30c3;
+    (v | v << 2) & 0x1249_2492_4924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn droplet(x: f64, id: u32) -> Body {
+        Body::new(DVec3::new(x, 0.0, 0.0), 0.1, 1.0, 3, BodyKind::Droplet, id)
+    }
+
+    #[test]
+    fn identical_droplets_become_one_with_their_number() {
+        let mut bodies: Vec<Body> = (0..1000).map(|id| droplet(0.0, id)).chain([droplet(1.0, 1000)]).collect();
+        let start = group_coincident(&mut bodies, DVec3::splat(-1.0), DVec3::splat(1.0));
+        assert_eq!(start, [0, 1, 2]);
+        assert_eq!((bodies[0].load, bodies[1].load), (1000.0, 1.0));
+    }
+
+    #[test]
+    fn coincident_but_different_droplets_share_a_group() {
+        let mut wider = droplet(0.0, 1);
+        wider.radius_m = 0.2;
+        let mut bodies = vec![droplet(0.0, 0), wider, droplet(1.0, 2)];
+        let start = group_coincident(&mut bodies, DVec3::splat(-1.0), DVec3::splat(1.0));
+        assert_eq!(start, [0, 2, 3]);
+    }
+}

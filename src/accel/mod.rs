@@ -1,0 +1,102 @@
+//! Finds the particles that a ray meets: an obvhs BVH over droplets, parcels and fog boxes.
+//!
+//! The tree works in f32 in a frame of its own (`frame`); every crossing is then computed in f64 (`body`), so the
+//! tree decides only what is looked at, never what is found. Particles are reordered along the tree.
+
+mod body;
+mod build;
+mod frame;
+mod group;
+mod query;
+
+pub use body::{Body, BodyKind, BoxShape, Crossing, LocalRay};
+pub use query::Hit;
+
+use frame::CloudFrame;
+use glam::{DMat3, DVec3};
+use obvhs::cwbvh::CwBvh;
+
+/// A body before it is placed: what the rest of the program knows of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Centre in world space, m.
+    pub center_m: DVec3,
+    /// Radius of the extinction disc (droplet) or of the ball (parcel), m.
+    pub radius_m: f32,
+    /// Droplets: how many coincide here (1). Parcels: droplets per cubic metre.
+    pub load: f32,
+    /// Index of the size bin.
+    pub bin: u32,
+    /// Droplet or parcel.
+    pub kind: BodyKind,
+}
+
+/// An oriented fog box before it is placed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedBox {
+    /// Centre in world space, m.
+    pub center_m: DVec3,
+    /// Columns are the half edges, m.
+    pub half_edges_m: DMat3,
+    /// Droplets per cubic metre.
+    pub number_per_m3: f64,
+    /// Index of the size bin.
+    pub bin: u32,
+}
+
+/// Everything that a ray can meet.
+pub struct Accel {
+    frame: CloudFrame,
+    bodies: Vec<Body>,
+    boxes: Vec<BoxShape>,
+    /// First body of each primitive of the tree, one more at the end; empty where every primitive is one body.
+    group_start: Vec<u32>,
+    /// `None` where so few bodies exist that testing them all is faster.
+    tree: Option<CwBvh>,
+}
+
+/// At most this many bodies are tested one by one: a tree of one node costs as much as five sphere tests.
+const LINEAR_LIMIT: usize = 4;
+
+impl Accel {
+    /// Builds the tree. The order of `particles` numbers them for the random numbers of free flight.
+    pub fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox]) -> Self {
+        build::build(particles, fog_boxes)
+    }
+
+    /// Number of bodies, coincident identical ones counted once.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether there is nothing to meet.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// A body by its place in the tree, as `Hit` names it.
+    pub fn body(&self, index: u32) -> &Body {
+        &self.bodies[index as usize]
+    }
+
+    /// Bytes held by the particles' geometry.
+    pub fn geometry_bytes(&self) -> usize {
+        size_of_val(&self.bodies[..]) + size_of_val(&self.boxes[..]) + size_of_val(&self.group_start[..])
+    }
+
+    /// Bytes held by the tree.
+    pub fn tree_bytes(&self) -> usize {
+        self.tree.as_ref().map_or(0, |tree| size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..]))
+    }
+
+    /// World-space bounds of everything, m; `None` where there is nothing.
+    pub fn bounds_m(&self) -> Option<(DVec3, DVec3)> {
+        (!self.is_empty())
+            .then(|| (self.frame.world_from_local(self.frame.min), self.frame.world_from_local(self.frame.max)))
+    }
+
+    /// World-space centre of a body, m.
+    pub fn center_m(&self, body: &Body) -> DVec3 {
+        self.frame.world_from_local(body.center)
+    }
+}

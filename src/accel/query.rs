@@ -1,0 +1,115 @@
+//! The two questions that transport asks: what is met first, and what is met at all.
+
+use glam::DVec3;
+use obvhs::ray::RayHit;
+
+use super::Accel;
+use super::body::{Body, BodyKind, Crossing, LocalRay, cross_box, cross_sphere};
+
+/// The nearest event of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance from the ray's origin, m.
+    pub t_m: f64,
+    /// Place of the body in the tree's order.
+    pub index: u32,
+    /// Number of the body in the scene.
+    pub id: u32,
+}
+
+impl Accel {
+    /// A world-space ray in the cloud's frame. `direction` must have unit length.
+    pub fn local_ray(&self, origin_m: DVec3, direction: DVec3) -> LocalRay {
+        LocalRay { origin: self.frame.local_from_world(origin_m), direction }
+    }
+
+    /// The first event beyond (`from`, `after_id`), in the order of distance and then of body number.
+    ///
+    /// `event` gives the distance at which a body acts on the ray, if it does: a certain hit, or one drawn at random.
+    pub fn closest<F>(&self, ray: &LocalRay, from: f64, after_id: Option<u32>, mut event: F) -> Option<Hit>
+    where
+        F: FnMut(&Body, Crossing) -> Option<f64>,
+    {
+        let mut best: Option<Hit> = None;
+        let is_after = |t: f64, id: u32| t > from || (t == from && after_id.is_some_and(|after| id > after));
+        let mut test = |index: usize| -> Option<f64> {
+            let body = &self.bodies[index];
+            let crossing = self.cross(ray, body)?;
+            if crossing.end() < from || best.is_some_and(|b| crossing.start() > b.t_m) {
+                return None;
+            }
+            let t_m = event(body, crossing)?;
+            let nearer = best.is_none_or(|b| (t_m, body.id) < (b.t_m, b.id));
+            if !(nearer && is_after(t_m, body.id)) {
+                return None;
+            }
+            best = Some(Hit { t_m, index: index as u32, id: body.id });
+            Some(t_m)
+        };
+        let Some(tree) = &self.tree else {
+            for index in 0..self.bodies.len() {
+                test(index);
+            }
+            return best;
+        };
+        let (entry, exit) = self.frame.clip(ray, from, f64::INFINITY)?;
+        let tree_ray = self.frame.tree_ray(ray, entry, exit);
+        tree.ray_traverse(tree_ray, &mut RayHit::none(), |_, primitive| {
+            let mut nearest = f64::INFINITY;
+            for index in self.members(primitive) {
+                nearest = test(index).unwrap_or(nearest);
+            }
+            self.frame.tree_distance(nearest - entry)
+        });
+        best
+    }
+
+    /// Calls `visit` for every body whose crossing reaches into `from..to`, in no particular order.
+    pub fn all<F>(&self, ray: &LocalRay, from: f64, to: f64, mut visit: F)
+    where
+        F: FnMut(&Body, Crossing),
+    {
+        let mut test = |index: usize| {
+            let body = &self.bodies[index];
+            if let Some(crossing) = self.cross(ray, body)
+                && crossing.end() > from
+                && crossing.start() < to
+            {
+                visit(body, crossing);
+            }
+        };
+        let Some(tree) = &self.tree else {
+            (0..self.bodies.len()).for_each(test);
+            return;
+        };
+        if let Some((entry, exit)) = self.frame.clip(ray, from, to) {
+            let tree_ray = self.frame.tree_ray(ray, entry, exit);
+            tree.ray_traverse_anyhit(tree_ray, |_, primitive| self.members(primitive).for_each(&mut test));
+        }
+    }
+
+    /// The bodies of one primitive of the tree.
+    #[inline]
+    fn members(&self, primitive: usize) -> std::ops::Range<usize> {
+        if self.group_start.is_empty() {
+            return primitive..primitive + 1;
+        }
+        self.group_start[primitive] as usize..self.group_start[primitive + 1] as usize
+    }
+
+    /// Where the ray crosses the body, if it does.
+    #[inline]
+    fn cross(&self, ray: &LocalRay, body: &Body) -> Option<Crossing> {
+        let radius_m = f64::from(body.radius_m);
+        match body.kind() {
+            BodyKind::Droplet => cross_sphere(ray, body.center, radius_m).map(|(t, _)| Crossing::Point(t)),
+            BodyKind::Ball => cross_sphere(ray, body.center, radius_m).map(|(t, rest)| {
+                let half = rest.sqrt();
+                Crossing::Chord(t - half, t + half)
+            }),
+            BodyKind::Box => {
+                cross_box(ray, body.center, &self.boxes[body.box_index()]).map(|(t0, t1)| Crossing::Chord(t0, t1))
+            }
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! The arguments as they are written, grouped for the help text.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::scene::generate::CloudShape;
+use crate::units::parse_length_m;
+
+/// Renders clouds of droplets with true Lorenz-Mie scattering.
+#[derive(Debug, Parser)]
+#[command(
+    name = "mie-cloud",
+    version,
+    about,
+    max_term_width = 110,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Renders a glTF scene to an HDR OpenEXR picture
+    Render(Box<RenderArgs>),
+    /// Writes a cloud of droplets as glTF
+    Generate(Box<GenerateArgs>),
+    /// Prints what one sphere or a size distribution does to light
+    Mie(Box<MieArgs>),
+    /// Shows what was understood of a scene and what would be simulated
+    Inspect(InspectArgs),
+    /// Measures speed and accuracy
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Compares two EXR pictures
+    Diff(DiffArgs),
+}
+
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// Times generation, tree, tables and rendering against the number of particles
+    Particles(BenchParticlesArgs),
+}
+
+/// Which part of the scene is taken, and what overrides it.
+#[derive(Debug, Args)]
+pub struct SceneArgs {
+    /// glTF scene (.gltf or .glb)
+    pub scene: PathBuf,
+    /// Overrides a setting of the scene, e.g. `atmosphere.scattering_per_m=0.025`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key_value, help_heading = "Scene")]
+    pub set: Vec<(String, String)>,
+    /// Camera to use, by name [default: the scene's first]
+    #[arg(long, value_name = "NAME", help_heading = "Scene")]
+    pub camera: Option<String>,
+    /// Nodes whose meshes are droplets, by name with * and ?
+    #[arg(long, value_name = "GLOB", help_heading = "Scene")]
+    pub droplets: Option<String>,
+    /// Radius of points that have none, with its unit: 5um, 1mm
+    #[arg(long, value_name = "LENGTH", value_parser = length, help_heading = "Scene")]
+    pub radius: Option<f64>,
+    /// Effects: `auto`, `+name`, `-name`, separated by commas
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, help_heading = "Scene")]
+    pub effects: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// OpenEXR file to write
+    #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
+    pub output: PathBuf,
+    /// Also writes an exposed and tone-mapped PNG
+    #[arg(long, value_name = "OUT.png", help_heading = "Output")]
+    pub preview: Option<PathBuf>,
+    /// Extra layers, separated by commas, or `all`: direct, multiple, airlight, glow, air_multiple, refraction,
+    /// background, stderr, samples, depth, transmittance
+    #[arg(long, value_name = "LIST", help_heading = "Output")]
+    pub aov: Option<String>,
+    /// Adds radiance by wavelength (layout of Fichet et al. 2021)
+    #[arg(long, help_heading = "Output")]
+    pub spectral: bool,
+    /// Writes cd/m^2 instead of multiples of a white diffuser in the sun (`bands` mode only)
+    #[arg(long, help_heading = "Output")]
+    pub absolute: bool,
+    /// Writes times, rays, effects and memory as JSON
+    #[arg(long, value_name = "FILE.json", help_heading = "Output")]
+    pub stats: Option<PathBuf>,
+    /// Refuses to overwrite files
+    #[arg(long, help_heading = "Output")]
+    pub no_clobber: bool,
+    /// Size of the picture in pixels [default: the scene's, or 640x360]
+    #[arg(long, value_name = "WxH", value_parser = parse_resolution, help_heading = "Output")]
+    pub resolution: Option<[u32; 2]>,
+    /// Renders a part of the picture: left, top, width, height in pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop, help_heading = "Output")]
+    pub crop: Option<[u32; 4]>,
+    /// Samples per pixel [default: 64, or the scene's accuracy target]
+    #[arg(long, value_name = "N", conflicts_with_all = ["noise", "accuracy"], value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
+    pub spp: Option<u32>,
+    /// Samples until the standard error is this share of the mean luminance
+    #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
+    pub noise: Option<f64>,
+    /// Stops after this many seconds (the picture then depends on the machine)
+    #[arg(long, value_name = "SECONDS", value_parser = parse_positive, help_heading = "Sampling")]
+    pub time_limit: Option<f64>,
+    /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
+    #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
+    pub accuracy: Option<f64>,
+    /// Highest order of scattering; 1 in this version
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
+    pub order: Option<u32>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
+    pub seed: u64,
+    /// Threads [default: one per processor]; the picture does not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
+    pub threads: Option<u16>,
+    /// Neither reads nor writes the table cache
+    #[arg(long, help_heading = "Running")]
+    pub no_cache: bool,
+    /// Prints errors only
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Running")]
+    pub quiet: bool,
+    /// Prints more
+    #[arg(short, long, help_heading = "Running")]
+    pub verbose: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KindName {
+    Droplets,
+    Parcels,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormName {
+    Points,
+    Instances,
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    /// File to write: .glb, or .gltf with its data inside
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: PathBuf,
+    /// Refuses to overwrite files
+    #[arg(long, help_heading = "Output")]
+    pub no_clobber: bool,
+    /// How droplets are stored
+    #[arg(long = "as", value_name = "FORM", default_value = "points", help_heading = "Output")]
+    pub form: FormName,
+    /// Prints errors only
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
+    /// Shape of the cloud
+    #[arg(long, default_value = "ball", value_parser = PossibleValuesParser::new(CloudShape::NAMES), help_heading = "Cloud")]
+    pub shape: String,
+    /// Diameter or edge with its unit, or the three edges x, y (up), z: 2m or 20m,2m,20m
+    #[arg(long, value_name = "L[,L,L]", default_value = "1m", value_parser = length, value_delimiter = ',', num_args = 1, help_heading = "Cloud")]
+    pub size: Vec<f64>,
+    /// Number of droplets or parcels
+    #[arg(long, value_name = "N", default_value = "10000", value_parser = parse_count, help_heading = "Cloud")]
+    pub count: u64,
+    /// Single droplets, or balls of fog
+    #[arg(long, default_value = "parcels", help_heading = "Cloud")]
+    pub kind: KindName,
+    /// Droplet sizes: mono:r=5um, gamma:reff=6um,veff=0.1, lognormal:rg=3um,sigma=0.4, modgamma:.., csv:FILE
+    #[arg(long, value_name = "D", default_value = "gamma:reff=6um,veff=0.1", help_heading = "Cloud")]
+    pub distribution: String,
+    /// Water in the air, e.g. 0.3g/m3
+    #[arg(long, value_name = "W", conflicts_with = "optical_depth", value_parser = parse_water, help_heading = "Cloud")]
+    pub liquid_water: Option<f64>,
+    /// Optical depth at 550 nm, through the centre along the shortest side
+    #[arg(long, value_name = "T", value_parser = parse_positive, help_heading = "Cloud")]
+    pub optical_depth: Option<f64>,
+    /// 0 fills the shape evenly, 1 gathers the fog in banks with almost clear air between
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Cloud")]
+    pub patchiness: f64,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
+    pub seed: u64,
+    /// Height of the sun above the horizon, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 25.0, allow_negative_numbers = true, help_heading = "View")]
+    pub sun_elevation: f64,
+    /// Where the sun stands, degrees: 0 behind the cloud, 90 to the left, 180 behind the camera
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, allow_negative_numbers = true, help_heading = "View")]
+    pub sun_azimuth: f64,
+    /// Position of the camera with its unit [default: one that frames the cloud]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, requires = "look_at", help_heading = "View")]
+    pub camera_position: Option<[f64; 3]>,
+    /// Point in the middle of the picture, with its unit
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, requires = "camera_position", help_heading = "View")]
+    pub look_at: Option<[f64; 3]>,
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 40.0, help_heading = "View")]
+    pub yfov: f64,
+    /// Puts a setting into the file, e.g. `accuracy.target=0.05`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key_value, help_heading = "View")]
+    pub set: Vec<(String, String)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormatName {
+    Text,
+    Json,
+    Csv,
+}
+
+#[derive(Debug, Args)]
+pub struct MieArgs {
+    /// Size parameter 2 pi r n_medium / lambda
+    #[arg(long, value_name = "X", requires = "index", conflicts_with_all = ["radius", "distribution"], help_heading = "Sphere")]
+    pub size_parameter: Option<f64>,
+    /// Refractive index n,k with k >= 0
+    #[arg(long, value_name = "N,K", conflicts_with = "material", help_heading = "Sphere")]
+    pub index: Option<String>,
+    /// Radius with its unit
+    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "distribution", help_heading = "Sphere")]
+    pub radius: Option<f64>,
+    /// Size distribution: mono:r=5um, gamma:reff=6um,veff=0.1, modgamma:.., lognormal:.., csv:FILE
+    #[arg(long, value_name = "D", help_heading = "Sphere")]
+    pub distribution: Option<String>,
+    /// Vacuum wavelength with its unit
+    #[arg(long, value_name = "LENGTH", default_value = "550nm", value_parser = length, help_heading = "Sphere")]
+    pub wavelength: f64,
+    /// Material: water, ice, n,k, or a CSV file
+    #[arg(long, value_name = "M", help_heading = "Sphere")]
+    pub material: Option<String>,
+    /// Scattering angles in degrees: 0,90,180 or FROM:TO:STEP
+    #[arg(long, value_name = "LIST", default_value = "0:180:10", help_heading = "Output")]
+    pub angles: String,
+    /// Format of the output
+    #[arg(long, default_value = "text", help_heading = "Output")]
+    pub format: FormatName,
+    /// Draws the phase function as SVG
+    #[arg(long, value_name = "FILE.svg", help_heading = "Output")]
+    pub plot: Option<PathBuf>,
+    /// File to write [default: standard output]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct InspectArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Prints JSON
+    #[arg(long, help_heading = "Output")]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchParticlesArgs {
+    /// Particle counts, separated by commas
+    #[arg(long, value_name = "LIST", default_value = "1e3,1e4,1e5,1e6", value_parser = parse_count, value_delimiter = ',')]
+    pub counts: Vec<u64>,
+    /// Repeats of each count; the median is shown
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub repeat: u32,
+    /// Writes the table as CSV
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// First picture
+    pub a: PathBuf,
+    /// Second picture, the reference
+    pub b: PathBuf,
+    /// Largest relative RMSE that counts as equal; above it the exit code is 1
+    #[arg(long, value_name = "E", value_parser = parse_nonnegative)]
+    pub max_rel: Option<f64>,
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let value = parse_length_m(text).map_err(|e| e.to_string())?;
+    if value > 0.0 { Ok(value) } else { Err("a length above zero is needed".into()) }
+}
+
+fn parse_key_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, e.g. atmosphere.step_m=0.1")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| format!("`{text}` is not a number"))
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    number(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("a number above zero is needed".into()) })
+}
+
+fn parse_nonnegative(text: &str) -> Result<f64, String> {
+    number(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("a number not below zero is needed".into()) })
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    number(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("a number between 0 and 1 is needed".into()) })
+}
+
+fn parse_accuracy(text: &str) -> Result<f64, String> {
+    crate::plan::accuracy_level(text)
+        .ok_or_else(|| "draft, standard, fine, reference or a number between 0 and 1 is needed".into())
+}
+
+fn whole<const N: usize>(text: &str, separator: char, form: &str) -> Result<[u32; N], String> {
+    let parts: Option<Vec<u32>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
+    parts.and_then(|p| p.try_into().ok()).ok_or_else(|| format!("`{text}` is not of the form {form}"))
+}
+
+fn parse_resolution(text: &str) -> Result<[u32; 2], String> {
+    let size = whole::<2>(text, 'x', "WxH, e.g. 640x360")?;
+    if size.iter().all(|side| (1..=65_536).contains(side)) {
+        Ok(size)
+    } else {
+        Err("each side must be 1 to 65536 pixels".into())
+    }
+}
+
+fn parse_crop(text: &str) -> Result<[u32; 4], String> {
+    let crop = whole::<4>(text, ',', "X,Y,W,H, e.g. 0,0,64,64")?;
+    if crop[2] > 0 && crop[3] > 0 { Ok(crop) } else { Err("width and height must be at least 1".into()) }
+}
+
+/// A count may be written 1e6.
+fn parse_count(text: &str) -> Result<u64, String> {
+    let value = number(text)?;
+    if value >= 1.0 && value.fract() == 0.0 && value <= 1e15 {
+        Ok(value as u64)
+    } else {
+        Err("a whole number of at least 1 is needed, e.g. 1e6".into())
+    }
+}
+
+/// A point such as `0m,1.5m,-3m`.
+fn parse_point(text: &str) -> Result<[f64; 3], String> {
+    let coordinate = |part: &str| match part.trim().strip_prefix('-') {
+        Some(positive) => parse_length_m(positive).map(|value| -value),
+        None => parse_length_m(part.trim()),
+    };
+    let parts: Vec<f64> = text.split(',').map(coordinate).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
+    parts.try_into().map_err(|_| "three coordinates separated by commas are needed, e.g. 0m,1.5m,3m".into())
+}
+
+fn parse_water(text: &str) -> Result<f64, String> {
+    let (value, unit) = crate::units::split_unit(text.trim());
+    if !matches!(unit, "g/m3" | "g/m^3") {
+        return Err("write grams per cubic metre, e.g. 0.3g/m3".into());
+    }
+    parse_positive(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_arguments_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn counts_sizes_and_water_are_read_with_their_units() {
+        assert_eq!(parse_count("1e6"), Ok(1_000_000));
+        assert!(parse_count("1.5").is_err());
+        assert_eq!(parse_point("20m,-2m,0.5km"), Ok([20.0, -2.0, 500.0]));
+        assert_eq!(parse_water("0.3g/m3"), Ok(0.3));
+        assert!(parse_water("0.3").is_err());
+    }
+}

@@ -1,0 +1,57 @@
+//! `mie-cloud diff`: how much two pictures differ.
+
+use std::io::Write;
+
+use super::args::DiffArgs;
+use super::failure::{FAILURE, Failure};
+use crate::image::compare::{Comparison, compare};
+use crate::image::{Picture, exr};
+
+/// Runs the command.
+pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
+    let read = |path| -> Result<Picture, Failure> { exr::read(path, exr::Limits::default()).map_err(Failure::other) };
+    let comparison = compare(&read(&args.a)?, &read(&args.b)?).map_err(Failure::other)?;
+    print(&comparison).map_err(Failure::other)?;
+    let too_much = args.max_rel.is_some_and(|limit| !within(&comparison, limit));
+    Ok(if too_much { FAILURE } else { 0 })
+}
+
+/// Whether the relative RMSE is at most the limit; two black pictures are equal.
+fn within(comparison: &Comparison, limit: f64) -> bool {
+    let relative = comparison.relative_rmse.unwrap_or(if comparison.rmse == 0.0 { 0.0 } else { f64::INFINITY });
+    comparison.n_non_finite == 0 && relative <= limit
+}
+
+fn print(c: &Comparison) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "pixels          {} ({} differ, {} not finite)", c.n_pixels, c.n_different, c.n_non_finite)?;
+    writeln!(out, "RMSE            {:.6e}", c.rmse)?;
+    if let Some(relative) = c.relative_rmse {
+        writeln!(out, "relative RMSE   {relative:.6e}  (of the second picture's mean luminance)")?;
+    }
+    if let Some(relative) = c.relative_mse {
+        writeln!(out, "relative MSE    {relative:.6e}")?;
+    }
+    if let Some(ratio) = &c.mean_ratio {
+        writeln!(out, "mean ratio      {:.6} +- {:.2e}", ratio.ratio, ratio.error)?;
+    }
+    if let Some(z) = &c.z {
+        writeln!(
+            out,
+            "z-scores        mean {:.3}, RMS {:.3}, largest {:.2}, {:.2} % beyond 3",
+            z.mean,
+            z.rms,
+            z.max,
+            100.0 * z.share_beyond_3
+        )?;
+    }
+    if let Some(worst) = &c.worst {
+        writeln!(out, "worst pixel     ({}, {}): {:?} against {:?}", worst.x, worst.y, worst.a, worst.b)?;
+    }
+    for (which, names) in [("first", &c.only_in_a), ("second", &c.only_in_b)] {
+        if !names.is_empty() {
+            writeln!(out, "only in the {which}: {}", names.join(", "))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! Why the program ends without doing what was asked, and with which exit code.
+
+use std::fmt;
+
+/// Exit code for everything that is neither the user's flags nor the scene.
+pub const FAILURE: u8 = 1;
+/// Exit code for flags that do not make sense.
+pub const USAGE: u8 = 2;
+/// Exit code for a scene that cannot be read or rendered.
+pub const SCENE: u8 = 3;
+/// Exit code after an interrupt whose work was saved.
+pub const INTERRUPTED: u8 = 130;
+
+/// An error with the exit code of whoever is at fault.
+#[derive(Debug)]
+pub struct Failure {
+    exit_code: u8,
+    error: anyhow::Error,
+}
+
+impl Failure {
+    /// The flags are at fault.
+    pub fn usage(error: impl Into<anyhow::Error>) -> Self {
+        Self { exit_code: USAGE, error: error.into() }
+    }
+
+    /// The scene is at fault.
+    pub fn scene(error: impl Into<anyhow::Error>) -> Self {
+        Self { exit_code: SCENE, error: error.into() }
+    }
+
+    /// Something else went wrong.
+    pub fn other(error: impl Into<anyhow::Error>) -> Self {
+        Self { exit_code: FAILURE, error: error.into() }
+    }
+
+    /// The program's exit code.
+    pub fn exit_code(&self) -> u8 {
+        self.exit_code
+    }
+
+    /// Whether whoever read the output has gone, which is nobody's fault.
+    pub fn is_closed_pipe(&self) -> bool {
+        self.error.chain().any(|cause| {
+            cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+        })
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut said = String::new();
+        for cause in self.error.chain() {
+            let text = cause.to_string();
+            // Errors that already quote their cause say it once.
+            if said.contains(&text) {
+                continue;
+            }
+            if !said.is_empty() {
+                said.push_str(": ");
+            }
+            said.push_str(&text);
+        }
+        f.write_str(&said)
+    }
+}

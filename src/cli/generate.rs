@@ -1,0 +1,107 @@
+//! `mie-cloud generate`: a recipe in, a glTF file out.
+
+use anyhow::{Context, anyhow};
+use serde_json::{Map, Value};
+
+use super::args::{FormName, GenerateArgs, KindName};
+use super::failure::Failure;
+use super::progress::Verbosity;
+use super::scene::print_warnings;
+use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::optics::distribution::SizeDistribution;
+use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, Recipe, View};
+use crate::scene::gltf::write::{Container, write};
+use crate::scene::model::ParticleKind;
+use crate::study::make_cloud;
+
+/// Runs the command.
+pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
+    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
+    let name = args.output.to_string_lossy();
+    let container = Container::from_name(&name).map_err(Failure::usage)?;
+    check_writable(&args.output, existing).map_err(Failure::other)?;
+    let recipe = recipe(args)?;
+    let cloud = make_cloud(&recipe).map_err(Failure::usage)?;
+    print_warnings(&cloud.warnings, verbosity);
+    write_atomically(&args.output, existing, |out| write(&cloud, container, out).map_err(std::io::Error::other))
+        .map_err(Failure::other)?;
+    if verbosity > Verbosity::Quiet {
+        let s = &cloud.summary;
+        let magnified = if s.magnification > 1.0 {
+            format!(", drawn {:.3} times as large", s.magnification)
+        } else {
+            String::new()
+        };
+        eprintln!(
+            "{}: {} particles for {:.4e} droplets{magnified}; optical depth {:.4}, {:.4} g/m3 of liquid water",
+            args.output.display(),
+            cloud.len(),
+            s.droplets,
+            s.optical_depth,
+            s.liquid_water_g_per_m3
+        );
+    }
+    Ok(0)
+}
+
+fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
+    let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
+    let read = |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
+    let distribution =
+        SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
+    let content = match (args.liquid_water, args.optical_depth) {
+        (Some(water), _) => Content::LiquidWaterGPerM3(water),
+        (_, Some(depth)) => Content::OpticalDepth(depth),
+        _ => Content::Default,
+    };
+    let camera = args.camera_position.zip(args.look_at);
+    Ok(Recipe {
+        count: args.count,
+        kind: match args.kind {
+            KindName::Droplets => ParticleKind::Droplet,
+            KindName::Parcels => ParticleKind::Parcel,
+        },
+        form: match args.form {
+            FormName::Points => Form::Points,
+            FormName::Instances => Form::Instances,
+        },
+        distribution,
+        content,
+        seed: args.seed,
+        patchiness: args.patchiness,
+        view: View {
+            camera: camera.map(|(position_m, target_m)| CameraPlacement { position_m, target_m }),
+            yfov_deg: args.yfov,
+            sun_elevation_deg: args.sun_elevation,
+            sun_azimuth_deg: args.sun_azimuth,
+            ..View::default()
+        },
+        settings: settings(&args.set)?,
+        ..Recipe::new(shape)
+    })
+}
+
+/// Nests dotted keys; values are JSON where they can be, text otherwise.
+fn settings(pairs: &[(String, String)]) -> Result<Map<String, Value>, Failure> {
+    let mut root = Map::new();
+    for (key, value) in pairs {
+        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.clone()));
+        insert(&mut root, key, value)
+            .ok_or_else(|| Failure::usage(anyhow!("--set {key}: a part of this key is already a value")))?;
+    }
+    Ok(root)
+}
+
+fn insert(map: &mut Map<String, Value>, key: &str, value: Value) -> Option<()> {
+    match key.split_once('.') {
+        None => {
+            map.insert(key.into(), value);
+            Some(())
+        }
+        Some((first, rest)) => {
+            let inner = map.entry(first).or_insert_with(|| Value::Object(Map::new()));
+            insert(inner.as_object_mut()?, rest, value)
+        }
+    }
+}

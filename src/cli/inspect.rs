@@ -1,0 +1,126 @@
+//! `mie-cloud inspect`: what was understood of a scene, and what would be simulated.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use serde_json::{Value, json};
+
+use super::args::InspectArgs;
+use super::failure::Failure;
+use super::progress::Verbosity;
+use super::scene::{load_scene, print_warnings};
+use crate::plan::{self, EffectPlan, SceneFacts};
+use crate::scene::model::{Lens, ParticleKind, Scene};
+use crate::spectrum::{SpectralMode, SpectralSampling};
+
+/// Runs the command.
+pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
+    let scene = load_scene(&args.scene, None)?;
+    let effects =
+        args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
+    let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
+    let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
+    let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
+    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
+        .map_err(|error| if effects.is_empty() { Failure::scene(error) } else { Failure::usage(error) })?;
+    let facts = SceneFacts::of(&scene);
+    if args.json {
+        let json = to_json(&scene, &plan, &facts, &sampling);
+        writeln!(std::io::stdout().lock(), "{json:#}").map_err(Failure::other)?;
+    } else {
+        print_warnings(&scene.warnings, Verbosity::Normal);
+        print(&scene, &plan, &facts, &sampling).map_err(Failure::other)?;
+    }
+    Ok(0)
+}
+
+fn count(scene: &Scene, kind: ParticleKind) -> usize {
+    scene.particles.iter().filter(|particle| particle.kind == kind).count()
+}
+
+/// Smallest and largest drawn radius, m.
+fn drawn_radii_m(scene: &Scene) -> Option<(f32, f32)> {
+    scene.particles.iter().map(|p| (p.radius_m, p.radius_m)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn print(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &SpectralSampling) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", scene.name)?;
+    let (droplets, parcels) = (count(scene, ParticleKind::Droplet), count(scene, ParticleKind::Parcel));
+    writeln!(out, "particles   {droplets} droplets, {parcels} parcels, {} fog boxes", scene.fog_boxes.len())?;
+    if let Some((least, most)) = drawn_radii_m(scene) {
+        writeln!(out, "radii       {least:.3e} m to {most:.3e} m as drawn")?;
+    }
+    for class in &scene.classes {
+        writeln!(out, "droplets    {}, {}, phase {}", class.material, class.distribution, class.phase)?;
+    }
+    writeln!(
+        out,
+        "depth       about {:.3} across, up to about {:.3} along the longest way",
+        facts.optical_depth, facts.deepest_optical_depth
+    )?;
+    for sun in &scene.suns {
+        let d = sun.direction;
+        writeln!(out, "sun         {}: {:.0} lx along ({:.3}, {:.3}, {:.3})", sun.name, sun.lux, d.x, d.y, d.z)?;
+    }
+    let air = &scene.settings.atmosphere;
+    writeln!(
+        out,
+        "air         scatters {} /m, absorbs {} /m, within {} m of the camera",
+        air.scattering_per_m, air.absorption_per_m, air.depth_m
+    )?;
+    let p = scene.camera.position_m;
+    writeln!(
+        out,
+        "camera      {} at ({:.3}, {:.3}, {:.3}) m, {}",
+        scene.camera.name,
+        p.x,
+        p.y,
+        p.z,
+        lens(scene.camera.lens)
+    )?;
+    let [width, height] = scene.settings.image.resolution;
+    writeln!(out, "picture     {width}x{height}, {}", sampling.mode())?;
+    for decision in &plan.decisions {
+        let state = if decision.on { "on " } else { "off" };
+        writeln!(out, "effect      {state} {:<12} {}", decision.effect.name(), decision.reason)?;
+    }
+    Ok(())
+}
+
+fn lens(lens: Lens) -> String {
+    match lens {
+        Lens::Perspective { yfov_rad, .. } => format!("{:.2} degrees high", yfov_rad.to_degrees()),
+        Lens::Orthographic { xmag_m, ymag_m } => format!("{} m x {} m", 2.0 * xmag_m, 2.0 * ymag_m),
+    }
+}
+
+fn to_json(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &SpectralSampling) -> Value {
+    let decision = |d: &plan::Decision| {
+        (d.effect.name().to_owned(), json!({ "on": d.on, "reason": d.reason, "estimate": d.estimate }))
+    };
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.name,
+        "hash": scene.hash,
+        "droplets": count(scene, ParticleKind::Droplet),
+        "parcels": count(scene, ParticleKind::Parcel),
+        "fog_boxes": scene.fog_boxes.len(),
+        "drawn_radius_m": drawn_radii_m(scene).map(|(least, most)| [least, most]),
+        "classes": scene.classes.iter().map(|class| json!({
+            "material": class.material.to_string(),
+            "distribution": class.distribution.to_string(),
+            "phase": class.phase.to_string(),
+            "albedo": class.albedo,
+        })).collect::<Vec<_>>(),
+        "optical_depth": { "across": facts.optical_depth, "deepest": facts.deepest_optical_depth },
+        "suns": scene.suns.iter().map(|sun| json!({
+            "name": sun.name, "direction": sun.direction.to_array(), "lux": sun.lux, "color": sun.color,
+        })).collect::<Vec<_>>(),
+        "camera": { "name": scene.camera.name, "position_m": scene.camera.position_m.to_array(), "lens": lens(scene.camera.lens) },
+        "resolution": scene.settings.image.resolution,
+        "spectral_mode": sampling.mode().to_string(),
+        "effects": plan.decisions.iter().map(decision).collect::<serde_json::Map<_, _>>(),
+        "warnings": scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}

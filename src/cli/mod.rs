@@ -1,0 +1,56 @@
+//! The command line: arguments in, exit code out. Data go to stdout, everything else to stderr.
+
+mod args;
+mod bench;
+mod diff;
+mod effects;
+mod failure;
+mod generate;
+mod inspect;
+mod limits;
+mod mie;
+mod output;
+mod progress;
+mod render;
+mod scene;
+mod stats;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{BenchCommand, Cli, Command};
+use failure::Failure;
+
+/// Runs the program with the given arguments (the first is its own name) and returns its exit code: 0 done, 1 failure,
+/// 2 usage, 3 the scene is at fault, 130 interrupted after saving.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are not errors; a closed pipe while they print is not one either.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
+        }
+    };
+    match dispatch(cli.command) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn dispatch(command: Command) -> Result<u8, Failure> {
+    match command {
+        Command::Render(args) => render::run(&args),
+        Command::Generate(args) => generate::run(&args),
+        Command::Mie(args) => mie::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
+        Command::Diff(args) => diff::run(&args),
+    }
+}

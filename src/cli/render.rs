@@ -1,0 +1,192 @@
+//! `mie-cloud render`: a scene in, a picture out.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+
+use super::args::RenderArgs;
+use super::failure::{Failure, INTERRUPTED};
+use super::limits::{Stopwatch, peak_rss_bytes};
+use super::output::{self, Wishes};
+use super::progress::{Shown, Verbosity};
+use super::scene::{load_scene, print_warnings};
+use super::stats::{Seconds, Stats};
+use crate::image::file::{Existing, check_writable};
+use crate::plan::{self, EffectPlan};
+use crate::scene::settings::{Effect, Switch};
+use crate::spectrum::{SpectralMode, SpectralSampling};
+use crate::transport::{Prepared, RenderRequest, Stage, Until, render};
+
+/// Accuracy when neither flag nor scene asks for one.
+pub const STANDARD_ACCURACY: f64 = 0.05;
+
+/// Samples per pixel when nothing asks for an accuracy.
+const DEFAULT_SPP: u32 = 64;
+
+/// Sampling to an accuracy ends here, whatever the noise.
+const MOST_SPP: u32 = 65_536;
+
+/// Runs the command.
+pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
+    in_thread_pool(args.threads, || run_here(args))?
+}
+
+/// Runs `work` in a thread pool of the given size.
+pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    Ok(pool.context("cannot start threads; try --threads 1").map_err(Failure::other)?.install(work))
+}
+
+fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
+    let mut watch = Stopwatch::start();
+    let verbosity = verbosity(args);
+    let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
+    check_outputs(args, existing)?;
+    let scene = load_scene(&args.scene, args.resolution)?;
+    let crop = crop(args, scene.settings.image.resolution)?;
+    let effects = chosen_effects(args)?;
+    let accuracy = args.accuracy.or(scene.settings.accuracy.target);
+    let target = accuracy.unwrap_or(STANDARD_ACCURACY);
+    let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
+    let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
+    let wishes = wishes(args, &sampling)?;
+    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
+        .map_err(|error| if effects.is_empty() { Failure::scene(error) } else { Failure::usage(error) })?;
+    let mut seconds = Seconds { load: watch.lap(), ..Seconds::default() };
+    let request = RenderRequest {
+        seed: args.seed,
+        until: until(args, accuracy),
+        crop,
+        layers: wishes.film_layers(),
+        spectral: wishes.spectral,
+    };
+    let description = output::Description::new(&scene, &sampling, &request);
+    let camera_name = scene.camera.name.clone();
+    let mut warnings = scene.warnings.clone();
+    print_warnings(&warnings, verbosity);
+    let cache = if args.no_cache { None } else { cache_folder() };
+    let prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
+        Stage::Tables => seconds.load += watch.lap(),
+        Stage::Bvh => seconds.tables = watch.lap(),
+        Stage::Ready => seconds.bvh = watch.lap(),
+    })
+    .map_err(Failure::scene)?;
+    print_warnings(&prepared.warnings, verbosity);
+    warnings.extend(prepared.warnings.iter().cloned());
+    say_plan(&plan, verbosity);
+
+    let progress = Shown::new(verbosity, args.time_limit);
+    let outcome = render(&prepared.context(), &request, &progress);
+    progress.finish();
+    seconds.render = watch.lap();
+
+    let noise = outcome.film.noise();
+    let picture = output::picture(&outcome, &description, &wishes, &sampling);
+    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
+    seconds.write = watch.lap();
+    seconds.total = watch.total();
+    let stats = Stats {
+        scene: args.scene.scene.display().to_string(),
+        camera: camera_name,
+        prepared: &prepared,
+        plan: &plan,
+        request: &request,
+        outcome: &outcome,
+        noise,
+        seconds,
+        peak_rss_bytes: peak_rss_bytes(),
+        warnings: &warnings,
+    };
+    if let Some(path) = &args.stats {
+        stats.write(path, existing)?;
+    }
+    if verbosity > Verbosity::Quiet {
+        eprint!("{}", stats.summary(&args.output));
+    }
+    // A time limit is a way to be done; an interrupt is not.
+    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+}
+
+fn verbosity(args: &RenderArgs) -> Verbosity {
+    match (args.quiet, args.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (_, true) => Verbosity::Verbose,
+        _ => Verbosity::Normal,
+    }
+}
+
+/// Output folders are checked before any work is done.
+fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
+    let outputs = [Some(&args.output), args.preview.as_ref(), args.stats.as_ref()];
+    for path in outputs.into_iter().flatten() {
+        check_writable(path, existing).map_err(Failure::other)?;
+        if same_file(path, &args.scene.scene) {
+            return Err(Failure::usage(anyhow!("{} is the scene itself; name another output", path.display())));
+        }
+    }
+    Ok(())
+}
+
+/// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
+fn cache_folder() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = folder("XDG_CACHE_HOME").or_else(|| folder("HOME").map(|home| home.join(".cache")));
+    base.map(|base| base.join("mie-cloud"))
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+fn crop(args: &RenderArgs, [width, height]: [u32; 2]) -> Result<[u32; 4], Failure> {
+    let Some([x, y, w, h]) = args.crop else { return Ok([0, 0, width, height]) };
+    let inside = |start: u32, size: u32, full: u32| start.checked_add(size).is_some_and(|end| end <= full);
+    if inside(x, w, width) && inside(y, h, height) {
+        return Ok([x, y, w, h]);
+    }
+    Err(Failure::usage(anyhow!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels")))
+}
+
+fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure> {
+    if args.order.is_some_and(|order| order > 1) {
+        let error = anyhow!("--order: multiple scattering is not in this version yet; leave the flag out or give 1");
+        return Err(Failure::usage(error));
+    }
+    args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
+}
+
+fn wishes(args: &RenderArgs, sampling: &SpectralSampling) -> Result<Wishes, Failure> {
+    if args.absolute && !matches!(sampling.mode(), SpectralMode::Bands { .. }) {
+        return Err(Failure::usage(anyhow!(
+            "--absolute needs the `bands` mode: {} has no luminance; use --set spectral.mode=bands:8",
+            sampling.mode()
+        )));
+    }
+    Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)
+}
+
+fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {
+    match (args.spp, args.noise.or(accuracy)) {
+        (Some(spp), _) => Until::Samples(spp),
+        (None, Some(target)) => Until::Noise { target, at_most: MOST_SPP },
+        (None, None) if args.time_limit.is_some() => Until::Samples(MOST_SPP),
+        (None, None) => Until::Samples(DEFAULT_SPP),
+    }
+}
+
+/// What is left out, in a line each; everything with `-v`.
+fn say_plan(plan: &EffectPlan, verbosity: Verbosity) {
+    if verbosity == Verbosity::Quiet {
+        return;
+    }
+    for decision in &plan.decisions {
+        let name = decision.effect.name();
+        if verbosity == Verbosity::Verbose {
+            let state = if decision.on { "on" } else { "off" };
+            eprintln!("effect {name}: {state} ({})", decision.reason);
+        } else if !decision.on && decision.matters() {
+            eprintln!("left out: {name} ({})", decision.reason);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What a render cost and what it did: a summary for people, JSON for programs.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::failure::Failure;
+use crate::image::file::{Existing, write_atomically};
+use crate::plan::EffectPlan;
+use crate::scene::settings::Effect;
+use crate::transport::{Prepared, RenderOutcome, RenderRequest};
+use crate::warning::Warning;
+
+/// Seconds spent in each stage.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seconds {
+    pub load: f64,
+    pub bvh: f64,
+    pub tables: f64,
+    pub render: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+/// Everything that is reported about a render.
+pub struct Stats<'a> {
+    pub scene: String,
+    pub camera: String,
+    pub prepared: &'a Prepared,
+    pub plan: &'a EffectPlan,
+    pub request: &'a RenderRequest,
+    pub outcome: &'a RenderOutcome,
+    pub noise: f64,
+    pub seconds: Seconds,
+    pub peak_rss_bytes: u64,
+    pub warnings: &'a [Warning],
+}
+
+impl Stats<'_> {
+    fn rays_per_second(&self) -> f64 {
+        self.outcome.rays.total() as f64 / self.seconds.render.max(1e-9)
+    }
+
+    /// Writes the JSON.
+    pub fn write(&self, path: &Path, existing: Existing) -> Result<(), Failure> {
+        let json = self.json();
+        write_atomically(path, existing, |writer| writeln!(writer, "{json:#}")).map_err(Failure::other)
+    }
+
+    fn json(&self) -> Value {
+        let Self { prepared, outcome, seconds, request, .. } = self;
+        let counts = &prepared.counts;
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": self.scene,
+            "camera": self.camera,
+            "particles": counts.particles,
+            "droplets": counts.droplets,
+            "parcels": counts.parcels,
+            "fog_boxes": counts.fog_boxes,
+            "size_bins": counts.size_bins,
+            "wavelengths": prepared.media.n_wavelengths(),
+            "resolution": prepared.resolution,
+            "crop": request.crop,
+            "spp": outcome.samples,
+            "seed": request.seed,
+            "threads": rayon::current_num_threads(),
+            "effects": self.effects(),
+            "seconds": {
+                "load": seconds.load, "bvh": seconds.bvh, "tables": seconds.tables,
+                "render": seconds.render, "write": seconds.write, "total": seconds.total,
+            },
+            "rays": {
+                "camera": outcome.rays.camera, "scatter": outcome.rays.scatter,
+                "shadow": outcome.rays.shadow, "glow_queries": outcome.rays.glow_queries,
+            },
+            "rays_per_second": self.rays_per_second(),
+            "noise": if self.noise.is_finite() { json!(self.noise) } else { Value::Null },
+            "peak_rss_bytes": self.peak_rss_bytes,
+            "geometry_bytes": prepared.accel.geometry_bytes(),
+            "bvh_bytes": prepared.accel.tree_bytes(),
+            "table_bytes": prepared.counts.table_bytes,
+            "warnings": self.warnings.iter().map(|warning| warning.to_string()).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Render time is not split by effect where one loop simulates them together: `direct` carries it all.
+    fn effects(&self) -> Value {
+        let one = |(effect, name): &(Effect, &str)| {
+            let decision = self.plan.decisions.iter().find(|decision| decision.effect == *effect)?;
+            let value = json!({ "on": decision.on, "reason": decision.reason, "estimate": decision.estimate });
+            Some(((*name).to_owned(), value))
+        };
+        Value::Object(Effect::ALL.iter().filter_map(one).collect())
+    }
+
+    /// A closing summary of a few short lines.
+    pub fn summary(&self, output: &Path) -> String {
+        let Self { prepared, outcome, seconds, request, .. } = self;
+        let counts = &prepared.counts;
+        let [_, _, width, height] = request.crop;
+        let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+        let noise = if self.noise.is_finite() { format!("{:.2} %", 100.0 * self.noise) } else { "unknown".into() };
+        format!(
+            "{}: {width}x{height}, {} spp, noise {noise}\n\
+             {} particles, {} fog boxes, {} size bins, {} wavelengths; tables {:.1} MiB, geometry {:.1} MiB, tree {:.1} MiB\n\
+             {:.2} s: load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}; {:.2} million rays/s; peak memory {:.0} MiB\n",
+            output.display(),
+            outcome.samples,
+            counts.particles,
+            counts.fog_boxes,
+            counts.size_bins,
+            prepared.media.n_wavelengths(),
+            mib(counts.table_bytes),
+            mib(prepared.accel.geometry_bytes()),
+            mib(prepared.accel.tree_bytes()),
+            seconds.total,
+            seconds.load,
+            seconds.tables,
+            seconds.bvh,
+            seconds.render,
+            seconds.write,
+            self.rays_per_second() * 1e-6,
+            self.peak_rss_bytes as f64 / f64::from(1 << 20),
+        )
+    }
+}

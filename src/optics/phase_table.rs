@@ -1,0 +1,323 @@
+//! A tabulated phase function: cubics in ln p between nodes, and the exact inverse of what they integrate to.
+//!
+//! Legend: s = sin(theta/2) = sqrt(h/2) in [0, 1], in which both the forward peak and the backward angles are smooth;
+//! a cell lies between two nodes of s, z in [0, 1] within it; the probability of ds is 8 pi s p(s) ds.
+
+use std::f64::consts::PI;
+
+use super::phase_shape::{Interpolation, ln_slopes};
+
+/// Points of the cell integrals: with cells whose logarithm varies by at most `MAX_VARIATION` six points are exact to
+/// 1e-12 (Gauss-Legendre remainder of exp, Abramowitz & Stegun 1964, 25.4.30).
+const POINTS: usize = 6;
+
+/// Cells are split until ln p varies by at most this much along each.
+const MAX_VARIATION: f64 = 1.5;
+
+/// Values below this fraction of the largest are raised to it: a logarithm needs one above zero.
+const FLOOR: f64 = 1e-30;
+
+/// Points in (0, 1) and weights of the rule (Abramowitz & Stegun 1964, table 25.4, n = 6).
+const RULE: [(f64, f64); POINTS] = {
+    let x = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152];
+    let w = [0.467_913_934_572_691, 0.360_761_573_048_138_6, 0.171_324_492_379_170_4];
+    let mut rule = [(0.0, 0.0); POINTS];
+    let mut i = 0;
+    while i < 3 {
+        rule[2 - i] = (0.5 - 0.5 * x[i], 0.5 * w[i]);
+        rule[3 + i] = (0.5 + 0.5 * x[i], 0.5 * w[i]);
+        i += 1;
+    }
+    rule
+};
+
+/// One cell; 32 bytes. The f32 cubic holds ln p to 1e-6, far below the tolerance that places the nodes; everything
+/// that is integrated and sampled is the rounded cubic, so that both agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cell {
+    /// s at the left node.
+    s: f64,
+    /// Probability below the left node.
+    cdf: f64,
+    /// ln(p / scale) as a cubic in z.
+    ln_p: [f32; 4],
+}
+
+/// A phase function tabulated over the scattering angle, normalised to 1 over the sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseTable {
+    /// The cells and one more that holds the end: s = 1, cdf = 1.
+    cells: Vec<Cell>,
+    /// p is this times the exponential of the cell's cubic, sr^-1.
+    scale: f64,
+    /// The cell that holds the lower end of each of equal parts of s.
+    guide_s: Vec<u32>,
+    /// The same for equal parts of the probability.
+    guide_cdf: Vec<u32>,
+    mean_cosine: f64,
+    max_value: f64,
+}
+
+impl PhaseTable {
+    /// A table through values at scattering angles in rad that increase from 0 to pi; values in any unit, >= 0.
+    ///
+    /// Between the angles ln p is a cubic that keeps to the values' rise and fall. `None` where there are fewer than two
+    /// angles, they do not increase from 0 to pi, or no value is above zero and finite.
+    pub fn from_samples(theta_rad: &[f64], values: &[f64]) -> Option<Self> {
+        let is_increasing = theta_rad.windows(2).all(|pair| pair[0] < pair[1]);
+        let (first, last) = (*theta_rad.first()?, *theta_rad.last()?);
+        let spans = first == 0.0 && (last - PI).abs() < 1e-9;
+        if theta_rad.len() != values.len() || !is_increasing || !spans {
+            return None;
+        }
+        let s: Vec<f64> = theta_rad.iter().map(|theta| (0.5 * theta).sin()).collect();
+        Self::from_nodes(s, values, Interpolation::Monotone)
+    }
+
+    /// A table through values at nodes of s that increase from 0 to 1.
+    pub(super) fn from_nodes(mut s: Vec<f64>, values: &[f64], interpolation: Interpolation) -> Option<Self> {
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        if !(largest > 0.0 && largest.is_finite() && values.iter().all(|value| *value >= 0.0)) || s.len() < 2 {
+            return None;
+        }
+        // Angles next to 0 and pi can fall on one s by rounding.
+        let last = s.len() - 1;
+        (s[0], s[last]) = (0.0, 1.0);
+        let mut y: Vec<f64> = values.iter().map(|value| (value / largest).max(FLOOR).ln()).collect();
+        merge_equal(&mut s, &mut y);
+        let slopes = ln_slopes(&s, &y, interpolation);
+        let mut cells = Vec::with_capacity(s.len());
+        for i in 0..s.len() - 1 {
+            let width = s[i + 1] - s[i];
+            push_split(&mut cells, s[i], width, hermite(y[i], y[i + 1], width * slopes[i], width * slopes[i + 1]));
+        }
+        cells.push(Cell { s: 1.0, cdf: 1.0, ln_p: [0.0; 4] });
+        Some(Self::integrate(cells))
+    }
+
+    /// Integrates the cells and normalises.
+    fn integrate(mut cells: Vec<Cell>) -> Self {
+        let (mut total, mut moment, mut largest) = (0.0, 0.0, f64::NEG_INFINITY);
+        for i in 0..cells.len() - 1 {
+            let (cell, end) = (cells[i], cells[i + 1].s);
+            let weight = |z: f64, f: &dyn Fn(f64) -> f64| {
+                let s = cell.s + z * (end - cell.s);
+                8.0 * PI * s * cell.relative(z) * (end - cell.s) * f(s)
+            };
+            cells[i].cdf = total;
+            total += RULE.iter().map(|(z, w)| w * weight(*z, &|_| 1.0)).sum::<f64>();
+            moment += RULE.iter().map(|(z, w)| w * weight(*z, &|s| 2.0 * s * s)).sum::<f64>();
+            largest = largest.max(cell.largest_ln());
+        }
+        let last = cells.len() - 1;
+        cells[..last].iter_mut().for_each(|cell| cell.cdf /= total);
+        let scale = 1.0 / total;
+        Self {
+            guide_s: guide(&cells, |cell| cell.s),
+            guide_cdf: guide(&cells, |cell| cell.cdf),
+            mean_cosine: 1.0 - moment * scale,
+            max_value: scale * largest.exp(),
+            cells,
+            scale,
+        }
+    }
+
+    /// Value at h = 1 - cos theta, sr^-1.
+    #[inline]
+    pub fn eval(&self, h: f64) -> f64 {
+        let s = (0.5 * h).sqrt();
+        let i = self.find(&self.guide_s, s, |cell| cell.s);
+        let (s0, s1) = (self.cells[i].s, self.cells[i + 1].s);
+        self.scale * self.cells[i].relative((s - s0) / (s1 - s0))
+    }
+
+    /// h = 1 - cos theta from a uniform number in [0, 1): the exact inverse of the integral of `eval`.
+    #[inline]
+    pub fn sample(&self, u: f64) -> f64 {
+        let i = self.find(&self.guide_cdf, u, |cell| cell.cdf);
+        let (cell, end) = (self.cells[i], self.cells[i + 1].s);
+        let z = cell.invert(end, (u - cell.cdf) / self.scale);
+        let s = cell.s + z * (end - cell.s);
+        2.0 * s * s
+    }
+
+    /// Probability of scattering by less than h.
+    pub fn cdf(&self, h: f64) -> f64 {
+        let s = (0.5 * h).sqrt();
+        let i = self.find(&self.guide_s, s, |cell| cell.s);
+        let (cell, end) = (self.cells[i], self.cells[i + 1].s);
+        (cell.cdf + self.scale * cell.mass_below(end, (s - cell.s) / (end - cell.s))).clamp(0.0, 1.0)
+    }
+
+    /// The asymmetry parameter of the table, mean cos theta.
+    pub fn mean_cosine(&self) -> f64 {
+        self.mean_cosine
+    }
+
+    /// The largest value over all angles, sr^-1.
+    pub fn max_value(&self) -> f64 {
+        self.max_value
+    }
+
+    /// Appends the cells, little-endian: s and the cubic of each. What follows from them is not written.
+    pub(super) fn write_bytes(&self, bytes: &mut Vec<u8>) {
+        for cell in &self.cells[..self.cell_count()] {
+            bytes.extend(cell.s.to_le_bytes());
+            cell.ln_p.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+        }
+    }
+
+    /// Reads what `write_bytes` wrote; `None` where it cannot be a table.
+    pub(super) fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (rows, rest) = bytes.as_chunks::<24>();
+        let mut cells = Vec::with_capacity(rows.len() + 1);
+        for row in rows {
+            let s = f64::from_le_bytes(row[..8].try_into().ok()?);
+            let mut ln_p = [0.0f32; 4];
+            for (value, bytes) in ln_p.iter_mut().zip(row[8..].as_chunks::<4>().0) {
+                *value = f32::from_le_bytes(*bytes);
+            }
+            let follows = cells.last().map_or(s == 0.0, |last: &Cell| last.s < s && s < 1.0);
+            if !follows || ln_p.iter().any(|value| !value.is_finite()) {
+                return None;
+            }
+            cells.push(Cell { s, cdf: 0.0, ln_p });
+        }
+        if cells.is_empty() || !rest.is_empty() {
+            return None;
+        }
+        cells.push(Cell { s: 1.0, cdf: 1.0, ln_p: [0.0; 4] });
+        Some(Self::integrate(cells))
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() - 1
+    }
+
+    /// Memory outside the struct, bytes.
+    pub fn heap_bytes(&self) -> usize {
+        self.cells.len() * size_of::<Cell>() + (self.guide_s.len() + self.guide_cdf.len()) * size_of::<u32>()
+    }
+
+    /// The cell whose interval of `key` holds `value`: the guide names the first candidate and the last.
+    #[inline]
+    fn find(&self, guide: &[u32], value: f64, key: impl Fn(&Cell) -> f64) -> usize {
+        let parts = guide.len() - 1;
+        let part = ((value * parts as f64) as usize).min(parts - 1);
+        let (mut low, mut high) = (guide[part] as usize, guide[part + 1] as usize + 1);
+        while high - low > 1 {
+            let middle = low.midpoint(high);
+            if key(&self.cells[middle]) <= value { low = middle } else { high = middle }
+        }
+        low.min(self.cells.len() - 2)
+    }
+}
+
+impl Cell {
+    /// p / scale at z.
+    #[inline]
+    fn relative(&self, z: f64) -> f64 {
+        let [a, b, c, d] = self.ln_p.map(f64::from);
+        (a + z * (b + z * (c + z * d))).exp()
+    }
+
+    /// Unscaled probability between the left node and z; the cell ends at s = `end`.
+    #[inline]
+    fn mass_below(&self, end: f64, z: f64) -> f64 {
+        let width = end - self.s;
+        let mut sum = 0.0;
+        for (t, weight) in RULE {
+            sum += weight * (self.s + z * t * width) * self.relative(z * t);
+        }
+        8.0 * PI * width * z * sum
+    }
+
+    /// z below which there is the given mass, by Newton's method inside a shrinking bracket.
+    #[inline]
+    fn invert(&self, end: f64, mass: f64) -> f64 {
+        let width = end - self.s;
+        let density = |z: f64| 8.0 * PI * width * (self.s + z * width) * self.relative(z);
+        let (mut lower, mut upper) = (0.0, 1.0);
+        let mut z = guess(density(0.0), density(1.0), mass);
+        // Newton doubles the digits: three steps are usual, 40 bisections would end at 1e-12 in any case.
+        for _ in 0..40 {
+            let excess = self.mass_below(end, z) - mass;
+            if excess > 0.0 {
+                upper = z
+            } else {
+                lower = z
+            }
+            let step = z - excess / density(z);
+            let next = if step > lower && step < upper { step } else { 0.5 * (lower + upper) };
+            let change = (next - z).abs();
+            z = next;
+            // The next Newton step would be the square of this one, 1e-10 of a cell.
+            if change <= 1e-5 && step == next {
+                break;
+            }
+        }
+        z
+    }
+
+    /// The largest value of the cubic along the cell.
+    fn largest_ln(&self) -> f64 {
+        let [a, b, c, d] = self.ln_p.map(f64::from);
+        let value = |z: f64| a + z * (b + z * (c + z * d));
+        let root = (c * c - 3.0 * b * d).max(0.0).sqrt();
+        let inner = [(-c + root) / (3.0 * d), (-c - root) / (3.0 * d), -b / (2.0 * c)];
+        let inner = inner.into_iter().filter(|z| (0.0..=1.0).contains(z)).map(value);
+        inner.fold(value(0.0).max(value(1.0)), f64::max)
+    }
+}
+
+/// Where a density that rises linearly from `d0` to `d1` along [0, 1] has the given mass below it.
+fn guess(d0: f64, d1: f64, mass: f64) -> f64 {
+    let discriminant = (d0 * d0 + 2.0 * (d1 - d0) * mass).max(0.0).sqrt();
+    let z = 2.0 * mass / (d0 + discriminant);
+    if z.is_finite() { z.clamp(0.0, 1.0) } else { 0.5 }
+}
+
+fn hermite(y0: f64, y1: f64, d0: f64, d1: f64) -> [f64; 4] {
+    let rise = y1 - y0;
+    [y0, d0, 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise]
+}
+
+/// Adds a cell, in halves while its logarithm varies too much for the quadrature.
+fn push_split(cells: &mut Vec<Cell>, s: f64, width: f64, [a, b, c, d]: [f64; 4]) {
+    let variation = b.abs() + c.abs() + d.abs();
+    let middle = s + 0.5 * width;
+    if variation <= MAX_VARIATION || middle <= s || middle >= s + width {
+        cells.push(Cell { s, cdf: 0.0, ln_p: [a, b, c, d].map(|value| value as f32) });
+        return;
+    }
+    push_split(cells, s, 0.5 * width, [a, 0.5 * b, 0.25 * c, 0.125 * d]);
+    let at_middle = a + 0.5 * (b + 0.5 * (c + 0.5 * d));
+    let slope = b + c + 0.75 * d;
+    push_split(cells, middle, 0.5 * width, [at_middle, 0.5 * slope, 0.25 * (c + 1.5 * d), 0.125 * d]);
+}
+
+/// Removes nodes that rounding has put on one s.
+fn merge_equal(s: &mut Vec<f64>, y: &mut Vec<f64>) {
+    let keep: Vec<bool> = (0..s.len()).map(|i| i + 1 == s.len() || s[i] < s[i + 1]).collect();
+    let mut kept = keep.iter();
+    s.retain(|_| *kept.next().unwrap_or(&true));
+    let mut kept = keep.iter();
+    y.retain(|_| *kept.next().unwrap_or(&true));
+}
+
+/// For each of equal parts of a key that runs from 0 to 1, the last cell that begins at or before it.
+fn guide(cells: &[Cell], key: impl Fn(&Cell) -> f64) -> Vec<u32> {
+    // As many parts as cells: a look-up then meets one candidate on average.
+    let parts = cells.len().max(8);
+    let last = cells.len() - 2;
+    let mut cell = 0;
+    let mut find = |part: usize| {
+        let value = part as f64 / parts as f64;
+        while cell < last && key(&cells[cell + 1]) <= value {
+            cell += 1;
+        }
+        cell as u32
+    };
+    (0..=parts).map(&mut find).collect()
+}

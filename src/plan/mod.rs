@@ -1,0 +1,186 @@
+//! Which effects are simulated, and why: a pure function of scene and settings.
+
+mod facts;
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use crate::scene::model::Scene;
+use crate::scene::settings::{Effect, Switch};
+
+pub use facts::SceneFacts;
+
+/// What the inner loops need to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Switches {
+    /// Sunlight scattered once by droplets.
+    pub direct: bool,
+    /// Droplets shade each other and the air.
+    pub shadows: bool,
+    /// Sunlight scattered once by the air.
+    pub airlight: bool,
+    /// The air weakens what crosses it.
+    pub air: bool,
+    /// What lies behind.
+    pub background: bool,
+    /// Droplets absorb.
+    pub absorption: bool,
+    /// Index and phase function of each wavelength.
+    pub dispersion: bool,
+}
+
+/// What was decided about one effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// The effect.
+    pub effect: Effect,
+    /// Whether it is simulated.
+    pub on: bool,
+    /// The reason in words, with the number it rests on.
+    pub reason: String,
+    /// Estimated largest relative change of the picture, where there is one.
+    pub estimate: Option<f64>,
+}
+
+/// The decisions about all effects, in the order of `Effect::ALL`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectPlan {
+    /// One per effect.
+    pub decisions: Vec<Decision>,
+}
+
+/// A plan that cannot be carried out.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// An effect that this version cannot simulate was asked for.
+    #[error("effect `{0}` is not in this version yet: leave it on `auto` or switch it off (`--effects -{0}`)")]
+    NotYet(&'static str),
+}
+
+/// Effects whose names exist before their simulation does.
+const NOT_YET: [Effect; 5] = [Effect::Multiple, Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
+
+/// An effect is simulated when it may change the picture by more than this share of the accuracy target.
+const SHARE_OF_TARGET: f64 = 0.1;
+
+/// Decides about every effect. `choices` (flags) override what the scene says.
+///
+/// # Errors
+/// When an effect is switched on that this version cannot simulate.
+pub fn plan(
+    scene: &Scene,
+    choices: &BTreeMap<Effect, Switch>,
+    target: f64,
+    n_wavelengths: usize,
+) -> Result<EffectPlan, PlanError> {
+    let facts = SceneFacts::of(scene);
+    let decide = |(effect, name): &(Effect, &'static str)| {
+        let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
+        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
+        if NOT_YET.contains(effect) {
+            return match switch {
+                Switch::On => Err(PlanError::NotYet(name)),
+                _ => Ok(Decision {
+                    effect: *effect,
+                    on: false,
+                    reason: format!("not in this version; {reason}"),
+                    estimate,
+                }),
+            };
+        }
+        let threshold = SHARE_OF_TARGET * target;
+        Ok(match switch {
+            Switch::On => Decision { effect: *effect, on: true, reason: "switched on".into(), estimate },
+            Switch::Off => Decision { effect: *effect, on: false, reason: "switched off".into(), estimate },
+            Switch::Auto => Decision { effect: *effect, on: estimate.is_none_or(|e| e > threshold), reason, estimate },
+        })
+    };
+    Ok(EffectPlan { decisions: Effect::ALL.iter().map(decide).collect::<Result<_, _>>()? })
+}
+
+/// How much an effect could change the picture at most, and on what that rests. `None` always counts as enough.
+fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: usize) -> (Option<f64>, String) {
+    let settings = &scene.settings;
+    match effect {
+        Effect::Direct if facts.is_empty() => (Some(0.0), "there are no droplets".into()),
+        Effect::Direct => (None, format!("optical depth about {:.3}", facts.optical_depth)),
+        Effect::Absorption => (None, "costs nothing".into()),
+        Effect::Shadows => (
+            Some(1.0 - (-facts.deepest_optical_depth).exp()),
+            format!("sunlight crosses an optical depth of up to about {:.3}", facts.deepest_optical_depth),
+        ),
+        Effect::Airlight if !settings.atmosphere.sunlight => (Some(0.0), "atmosphere.sunlight is off".into()),
+        Effect::Airlight => {
+            let depth = settings.atmosphere.scattering_per_m * settings.atmosphere.depth_m;
+            let any = if depth > 0.0 { None } else { Some(0.0) };
+            (any, format!("the air's scattering optical depth is {depth:.3}"))
+        }
+        Effect::Background => {
+            let dark = settings.background.radiance == [0.0; 3] && settings.background.image.is_none();
+            (dark.then_some(0.0), if dark { "the background is black" } else { "there is a background" }.into())
+        }
+        Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
+        Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
+        Effect::Multiple => (
+            Some(1.0 - (-facts.deepest_optical_depth).exp()),
+            format!("optical depth up to about {:.3}", facts.deepest_optical_depth),
+        ),
+        Effect::Glow | Effect::AirMultiple => {
+            let lit_air = settings.atmosphere.scattering_per_m > 0.0 && !facts.is_empty();
+            (
+                (!lit_air).then_some(0.0),
+                if lit_air { "droplets light the air" } else { "no air is lit by droplets" }.into(),
+            )
+        }
+        Effect::Refraction => {
+            let magnified = facts.n_magnified > 0;
+            ((!magnified).then_some(0.0), format!("{} droplets are magnified", facts.n_magnified))
+        }
+        Effect::SunDisc => (Some(0.0), "the sun is a point".into()),
+    }
+}
+
+impl Decision {
+    /// Whether leaving the effect out changes anything at all.
+    pub fn matters(&self) -> bool {
+        self.estimate.is_none_or(|estimate| estimate > 0.0)
+    }
+}
+
+impl EffectPlan {
+    /// Whether an effect is simulated.
+    pub fn is_on(&self, effect: Effect) -> bool {
+        self.decisions.iter().any(|decision| decision.effect == effect && decision.on)
+    }
+
+    /// What the inner loops need to know; `has_air` says whether the air weakens light at all.
+    pub fn switches(&self, has_air: bool) -> Switches {
+        Switches {
+            direct: self.is_on(Effect::Direct),
+            shadows: self.is_on(Effect::Shadows),
+            airlight: self.is_on(Effect::Airlight),
+            air: has_air,
+            background: self.is_on(Effect::Background),
+            absorption: self.is_on(Effect::Absorption),
+            dispersion: self.is_on(Effect::Dispersion),
+        }
+    }
+}
+
+/// A named accuracy level or a number between 0 and 1: the target relative error of the picture.
+pub fn accuracy_level(text: &str) -> Option<f64> {
+    const LEVELS: [(&str, f64); 4] = [("draft", 0.1), ("standard", 0.05), ("fine", 0.02), ("reference", 0.005)];
+    let named = LEVELS.iter().find(|(name, _)| *name == text).map(|(_, target)| *target);
+    named.or_else(|| text.parse().ok().filter(|target: &f64| *target > 0.0 && *target < 1.0))
+}
+
+/// Number of spectral bands that an accuracy calls for where the scene names none.
+pub fn bands_for(target: f64) -> usize {
+    match target {
+        t if t > 0.03 => 8,
+        t if t > 0.01 => 16,
+        _ => 32,
+    }
+}

@@ -1,0 +1,147 @@
+//! Which files may be read: a scene's own stay under its folder, the user's are unrestricted; both must be regular files.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+/// Text files named by settings (tables of indices, sizes, phases) above this are refused, bytes.
+const TEXT_LIMIT_BYTES: u64 = 16 << 20;
+
+/// A place from which files are named.
+#[derive(Clone, Debug)]
+pub enum Folder {
+    /// The folder of a scene file: nothing outside it may be read.
+    Scene(PathBuf),
+    /// Paths that the user typed: relative to the working folder, unrestricted.
+    User,
+}
+
+/// Why a file may not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Continues the sentence that begins with the file's name.
+    pub problem: String,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+const MOVE_IT: &str = "put the file beside the scene, or embed it as a data: URI or in a .glb";
+
+impl Folder {
+    /// The folder in which a scene file lies.
+    pub fn of_scene(scene: &Path) -> Self {
+        match scene.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => Self::Scene(folder.to_path_buf()),
+            _ => Self::Scene(PathBuf::from(".")),
+        }
+    }
+
+    /// Finds a file by its (already decoded) relative path.
+    ///
+    /// # Errors
+    /// When the path is absolute or leaves the folder, also by a symbolic link, or is no regular file.
+    pub fn resolve(&self, name: &str) -> Result<PathBuf, Refusal> {
+        let path = match self {
+            Self::User => PathBuf::from(name),
+            Self::Scene(folder) => inside(folder, name)?,
+        };
+        let info = std::fs::metadata(&path).map_err(|e| refusal(format!("cannot be read ({e})")))?;
+        if !info.is_file() {
+            return Err(refusal("is not a regular file"));
+        }
+        Ok(path)
+    }
+
+    /// Reads a file of at most `limit_bytes`.
+    ///
+    /// # Errors
+    /// As [`Folder::resolve`], and when the file is larger.
+    pub fn read(&self, name: &str, limit_bytes: u64) -> Result<Vec<u8>, Refusal> {
+        read_file(&self.resolve(name)?, limit_bytes)
+    }
+
+    /// Reads a text file that a setting names, as `optics` asks for it.
+    ///
+    /// # Errors
+    /// A sentence that says why the file cannot be read.
+    pub fn read_text(&self, name: &str) -> Result<String, String> {
+        let bytes = self.read(name, TEXT_LIMIT_BYTES).map_err(|r| format!("`{name}` {}; {}", r.problem, r.remedy))?;
+        String::from_utf8(bytes).map_err(|_| format!("`{name}` is not UTF-8 text"))
+    }
+}
+
+fn refusal(problem: impl Into<String>) -> Refusal {
+    Refusal { problem: problem.into(), remedy: MOVE_IT }
+}
+
+/// Joins a relative path to the scene's folder, following links, and refuses whatever ends up elsewhere.
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refusal> {
+    if name.is_empty() || name.contains('\0') {
+        return Err(refusal("is not a file name"));
+    }
+    for component in Path::new(name).components() {
+        match component {
+            Component::Normal(_) | Component::CurDir => {}
+            Component::ParentDir => return Err(refusal("leaves the scene's folder with `..`")),
+            Component::RootDir | Component::Prefix(_) => return Err(refusal("is an absolute path")),
+        }
+    }
+    let real = |path: &Path| std::fs::canonicalize(path).map_err(|e| refusal(format!("cannot be read ({e})")));
+    let (folder, path) = (real(folder)?, real(&folder.join(name))?);
+    if path.starts_with(&folder) { Ok(path) } else { Err(refusal("is a link that leaves the scene's folder")) }
+}
+
+/// Reads a regular file whose size has been checked first; a file that grows meanwhile is cut at the limit.
+pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>, Refusal> {
+    let unreadable = |e: std::io::Error| refusal(format!("cannot be read ({e})"));
+    let mut file = File::open(path).map_err(unreadable)?;
+    let info = file.metadata().map_err(unreadable)?;
+    if !info.is_file() {
+        return Err(refusal("is not a regular file"));
+    }
+    if info.len() > limit_bytes {
+        return Err(refusal(format!("has {} bytes; at most {limit_bytes} are read", info.len())));
+    }
+    let mut bytes = Vec::new();
+    let size = usize::try_from(info.len()).unwrap_or(usize::MAX);
+    bytes.try_reserve_exact(size).map_err(|_| refusal("does not fit into memory"))?;
+    Read::by_ref(&mut file).take(info.len()).read_to_end(&mut bytes).map_err(unreadable)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_reads_only_below_its_folder() -> Result<(), Box<dyn std::error::Error>> {
+        let dir = tempfile::tempdir()?;
+        let home = dir.path().join("scene");
+        std::fs::create_dir_all(home.join("sub"))?;
+        std::fs::write(dir.path().join("outside"), "x")?;
+        std::fs::write(home.join("sub/a.bin"), "abc")?;
+        let folder = Folder::Scene(home.clone());
+        assert_eq!(folder.read("sub/a.bin", 3).as_deref(), Ok(b"abc".as_slice()));
+        assert!(folder.read("sub/a.bin", 2).is_err());
+        for bad in ["../outside", "sub/../../outside", "/etc/hostname", "sub", "", "missing.bin", "a\0b"] {
+            assert!(folder.read(bad, 1000).is_err(), "{bad}");
+        }
+        Ok(())
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_leave_the_folder_and_devices_are_refused() -> Result<(), Box<dyn std::error::Error>> {
+        let dir = tempfile::tempdir()?;
+        let home = dir.path().join("scene");
+        std::fs::create_dir_all(&home)?;
+        std::fs::write(dir.path().join("outside"), "x")?;
+        std::os::unix::fs::symlink(dir.path().join("outside"), home.join("link"))?;
+        std::os::unix::fs::symlink("/dev/zero", home.join("zero"))?;
+        let folder = Folder::Scene(home);
+        assert!(folder.read("link", 10).is_err_and(|r| r.problem.contains("link")));
+        assert!(folder.read("zero", 10).is_err());
+        assert!(Folder::User.read("/dev/zero", 10).is_err_and(|r| r.problem.contains("regular")));
+        Ok(())
+    }
+}

@@ -1,0 +1,68 @@
+//! What can be wrong with a recipe, and what to change.
+
+use thiserror::Error;
+
+/// A cloud could not be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum GenerateError {
+    /// No particles were asked for.
+    #[error("a cloud needs at least one particle: set `--count` to 1 or more")]
+    NoParticles,
+    /// A length of the shape is zero, negative, infinite or NaN.
+    #[error("`--size` {size_m:e} m is not a length between 1e-9 m and 1e9 m")]
+    Size { size_m: f64 },
+    /// The shape takes another number of lengths.
+    #[error("`--shape {shape}` takes {expected} in `--size`, not {found}")]
+    SizeCount { shape: &'static str, expected: &'static str, found: usize },
+    /// No such shape.
+    #[error("there is no shape `{name}`: `--shape` is one of {known}")]
+    Shape { name: String, known: String },
+    /// The cloud does not fit in memory or in a GLB file.
+    #[error(
+        "{count} particles take {bytes} bytes, more than the limit of {limit_bytes}: lower `--count` to {max_count}, or use `--kind parcels`"
+    )]
+    TooLarge { count: u64, bytes: u128, limit_bytes: u64, max_count: u64 },
+    /// The size distribution gives a radius that no droplet has.
+    #[error("`--distribution` gives a droplet of radius {radius_m:e} m: radii must lie between 1 pm and 1 km")]
+    DropletRadius { radius_m: f64 },
+    /// Liquid water or optical depth is zero, negative, infinite or NaN.
+    #[error("`{flag}` {value} must be a positive, finite number")]
+    Content { flag: &'static str, value: f64 },
+    /// The extinction efficiency that was given for a radius cannot be used.
+    #[error(
+        "the extinction efficiency of a droplet of radius {radius_m:e} m is {q_ext}, not a positive number: check material and `--distribution`"
+    )]
+    Extinction { radius_m: f64, q_ext: f64 },
+    /// Real droplets would fill the shape more densely than spheres can.
+    #[error(
+        "{count} droplets would fill {fraction:.3} of the shape, more than spheres can: raise `--size`, or lower `--count` to {max_count}"
+    )]
+    Crowded { count: u64, fraction: f64, max_count: u64 },
+    /// Few droplets that stand for many would be drawn larger than the cloud.
+    #[error(
+        "{count} droplets would have to be drawn with a radius of {radius_m:e} m in a shape {size_m:e} m across: raise `--count` to {min_count} or more, or use `--kind parcels`"
+    )]
+    Magnified { count: u64, radius_m: f64, size_m: f64, min_count: u64 },
+    /// There are fewer droplets than parcels to put them in.
+    #[error(
+        "{parcels} parcels would share only {droplets:.3} droplets: use `--kind droplets`, lower `--count`, or ask for more water with `--liquid-water` or `--optical-depth`"
+    )]
+    EmptyParcels { parcels: u64, droplets: f64 },
+    /// A parcel would hold more droplets than its attribute can say.
+    #[error(
+        "a parcel would hold {droplets:e} droplets, more than a file can say (3e38): raise `--count`, or lower `--liquid-water` or `--optical-depth`"
+    )]
+    FullParcels { droplets: f64 },
+    /// Patchiness outside 0 ..= 1.
+    #[error("`--patchiness` {value} must lie between 0 (even) and 1 (banks with clear air between)")]
+    Patchiness { value: f64 },
+    /// Parcels that do not touch, or far too large ones.
+    #[error("`--overlap` {value} must lie between 0.62 (parcels fill the space once) and 4")]
+    Overlap { value: f64 },
+    /// Camera or sun cannot be placed.
+    #[error(
+        "{what} must be finite, with the camera away from what it looks at and a field of view between 0 and 180 degrees"
+    )]
+    View { what: &'static str },
+}

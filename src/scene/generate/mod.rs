@@ -1,0 +1,145 @@
+//! Makes clouds: a recipe becomes particles, a camera and a sun, the same for the same seed on every machine.
+//!
+//! - Particles are spread evenly over the shape (or in banks, with patchiness): droplets wholly at random, so that their
+//!   mean transmittance is exp(-tau); parcels with their centres in the shape, so that its faces are soft.
+//! - Droplets are as large as they are, unless liquid water or an optical depth is asked for: then their drawn radii are
+//!   R = s r, with one s for all, so that the given number of them has the extinction that was asked for. Each keeps the
+//!   efficiencies of its own radius r and stands for s^2 droplets.
+//! - Parcels share out the droplets that the liquid water or the optical depth takes.
+//! - The optical depth is that at 550 nm through the centre along the shortest side: the diameter of a ball, the thickness
+//!   of a slab. Through a ball, the mean over its shadow is two thirds of it.
+
+mod cloud;
+mod error;
+mod fill;
+mod noise;
+mod random;
+mod recipe;
+mod shape;
+mod sizes;
+mod view;
+
+use serde_json::{Map, Value, json};
+
+pub use cloud::{Cloud, Summary};
+pub use error::GenerateError;
+pub use recipe::{Content, Form, Recipe, kind_name};
+pub use shape::CloudShape;
+pub use view::{CameraPlacement, View};
+
+use fill::{DrawnRadii, Filling};
+use noise::Patches;
+use random::{Purpose, unit_f64};
+use sizes::Sizes;
+
+use crate::optics::material::Material;
+use crate::scene::model::ParticleKind;
+
+/// Makes the cloud of a recipe. `q_ext_550` gives the extinction efficiency at 550 nm of a droplet of a radius in metres.
+///
+/// # Errors
+/// When a value of the recipe is out of range, or its values contradict each other; nothing large is allocated before that
+/// is known.
+pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud, GenerateError> {
+    recipe.check()?;
+    let sizes = Sizes::new(&recipe.distribution, q_ext_550)?;
+    let mut positions = sample_points(recipe);
+    let filling = fill::fill(recipe, &sizes, &positions)?;
+    let metres_per_unit = metres_per_unit(&recipe.shape);
+    let half_sizes = recipe.shape.size_m().map(|size| (0.5 * size / metres_per_unit) as f32);
+    for point in &mut positions {
+        *point = [0, 1, 2].map(|axis| point[axis] * half_sizes[axis]);
+    }
+    Ok(Cloud {
+        radii: drawn_radii(&filling, positions.len(), metres_per_unit),
+        positions,
+        metres_per_unit,
+        kind: recipe.kind,
+        form: recipe.form,
+        camera: recipe.view.camera(&recipe.shape, filling.reach_m()),
+        sun: recipe.view.sun(),
+        settings: settings(recipe),
+        recipe: record(recipe, &filling.summary),
+        summary: filling.summary,
+        droplet_radii_um: filling.droplet_radii_um,
+        droplet_counts: filling.droplet_counts,
+        warnings: filling.warnings,
+    })
+}
+
+/// The particles' centres, in units of the half sizes.
+fn sample_points(recipe: &Recipe) -> Vec<[f32; 3]> {
+    if recipe.kind == ParticleKind::Parcel && recipe.particle_count() == 1 {
+        return vec![[0.0; 3]];
+    }
+    // Parcels hold more where it is dense; droplets are more.
+    let patchiness = match recipe.kind {
+        ParticleKind::Droplet => recipe.patchiness,
+        ParticleKind::Parcel => 0.0,
+    };
+    let patches = Patches::new(recipe.seed, patchiness, recipe.shape.size_m());
+    random::make_blocks(recipe.particle_count() as usize, recipe.seed, Purpose::Positions, |rng| {
+        loop {
+            let point = recipe.shape.sample_unit_point(rng);
+            if patchiness == 0.0 || unit_f64(rng) < patches.density(point) {
+                return point.map(|x| x as f32);
+            }
+        }
+    })
+}
+
+/// Metres per cloud unit: the power of two that brings the longest half side to 50 .. 100.
+fn metres_per_unit(shape: &CloudShape) -> f64 {
+    (0.5 * shape.longest_m() / 100.0).log2().ceil().exp2()
+}
+
+fn drawn_radii(filling: &Filling, count: usize, metres_per_unit: f64) -> Vec<f32> {
+    match (filling.radii, &filling.droplet_radii_um) {
+        (DrawnRadii::Magnified(times), Some(radii_um)) => {
+            radii_um.iter().map(|&r| (f64::from(r) * 1e-6 * times / metres_per_unit) as f32).collect()
+        }
+        (DrawnRadii::Alike(radius_m) | DrawnRadii::Magnified(radius_m), _) => {
+            vec![(radius_m / metres_per_unit) as f32; count]
+        }
+    }
+}
+
+/// The scene's `extras.mie_cloud`: the droplets' material and distribution, and what the recipe sets itself. Tables stay
+/// out of it: scenes read no files from outside their folder.
+fn settings(recipe: &Recipe) -> Map<String, Value> {
+    let mut droplets = Map::new();
+    if !matches!(recipe.material, Material::Table(_)) {
+        droplets.insert("material".into(), recipe.material.name().into());
+    }
+    if let Some(text) = recipe::distribution_text(&recipe.distribution) {
+        droplets.insert("distribution".into(), text.into());
+    }
+    let mut settings = Map::new();
+    settings.insert("droplets".into(), droplets.into());
+    merge(&mut settings, &recipe.settings);
+    settings
+}
+
+/// Sets what `above` sets, object by object.
+fn merge(settings: &mut Map<String, Value>, above: &Map<String, Value>) {
+    for (key, value) in above {
+        match (settings.get_mut(key), value) {
+            (Some(Value::Object(inner)), Value::Object(value)) => merge(inner, value),
+            _ => {
+                settings.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
+
+fn record(recipe: &Recipe, summary: &Summary) -> Value {
+    let mut record = recipe.to_json();
+    record["made"] = json!({
+        "droplets": summary.droplets,
+        "magnification": summary.magnification,
+        "optical_depth": summary.optical_depth,
+        "mean_optical_depth": summary.mean_optical_depth,
+        "liquid_water_g_per_m3": summary.liquid_water_g_per_m3,
+    });
+    record
+}

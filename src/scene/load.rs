@@ -1,0 +1,97 @@
+//! Loads a scene: reads the file, then adds what it does not bring (camera, sun) and says so.
+
+use std::path::Path;
+
+use super::error::{SceneError, SceneFault, SceneResult};
+use super::folder::{Folder, read_file};
+use super::frame_cloud::{default_sun, framing_camera};
+use super::gltf::{Parts, read};
+use super::hash::content_hash;
+use super::model::Scene;
+use super::settings::Settings;
+use crate::warning::Warning;
+
+/// What the user's flags say about reading a scene; none by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// `--set KEY=VALUE`, in order; later ones win, and all win over the file. Files that values name are relative to
+    /// the working folder and unrestricted, because the user typed them.
+    pub settings: Vec<(String, String)>,
+    /// `--camera`: the name of a camera or of its node.
+    pub camera: Option<String>,
+    /// `--droplets`: a shell pattern for names of nodes whose meshes are droplets.
+    pub droplets_glob: Option<String>,
+    /// `--radius`: drawn radius of points that bring none, m in the world.
+    pub radius_m: Option<f64>,
+    /// `--resolution`: wins over `image.resolution`, also for framing; pixels, each at least 1.
+    pub resolution: Option<[u32; 2]>,
+    /// `--memory-limit`: what particles and fog boxes may take; by default 32 MiB and 12 bytes for each of the files'.
+    pub memory_limit_bytes: Option<u64>,
+}
+
+/// Loads a scene from a `.gltf` or `.glb` file.
+///
+/// # Errors
+/// When the file or something that it names cannot be read, is broken, is out of range or holds nothing to render.
+/// Memory stays below 64 MiB and 20 times the size of the files, and nothing outside the scene's folder is read.
+///
+/// ```
+/// use mie_cloud::scene::{LoadOptions, load};
+/// let options = LoadOptions { settings: vec![("droplets.material".into(), "ice".into())], ..Default::default() };
+/// let scene = load("tests/data/fog_points.gltf".as_ref(), &options)?;
+/// assert_eq!(scene.particles.len(), 64);
+/// # Ok::<(), mie_cloud::scene::SceneError>(())
+/// ```
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    load_parts(path, options).map_err(|e| e.in_file(path))
+}
+
+fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
+    let info = std::fs::metadata(path).map_err(|e| SceneError::at("", SceneFault::Unreadable(e)))?;
+    // Opening a pipe would wait for its other end.
+    if !info.is_file() {
+        return Err(SceneError::at("", SceneFault::NotAFile));
+    }
+    let file = read_file(path, u64::MAX)
+        .map_err(|refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem))))?;
+    let parts = read(&file, &Folder::of_scene(path), options)?;
+    drop(file);
+    let name = path.display().to_string();
+    complete(name, parts)
+}
+
+/// Adds camera and sun where there are none, and the hash.
+fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
+    let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings } = parts;
+    if particles.is_empty() && fog_boxes.is_empty() {
+        if is_dark(&settings) {
+            return Err(SceneError::at("", SceneFault::Empty));
+        }
+        warnings.push(Warning::new(
+            "the scene holds no droplets and no fog",
+            "mark meshes with kind = \"droplet\" or \"fog\", or use --droplets or --radius",
+        ));
+    }
+    let camera = camera.unwrap_or_else(|| {
+        warnings.push(Warning::new("no camera: one that frames the cloud is used", "add a camera to the scene"));
+        let [width, height] = settings.image.resolution.map(f64::from);
+        framing_camera(&particles, &fog_boxes, width / height)
+    });
+    if suns.is_empty() {
+        let what = "no directional light: white light of 100000 lx from the upper left is used";
+        warnings.push(Warning::new(what, "add a sun (KHR_lights_punctual, directional) to the scene"));
+        suns.push(default_sun(&camera));
+    } else if suns.iter().all(|sun| sun.lux == 0.0) {
+        warnings.push(Warning::new("no directional light has an intensity above 0", "set it in lux"));
+    }
+    let mut scene =
+        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
+    scene.hash = content_hash(&scene);
+    Ok(scene)
+}
+
+/// Whether a scene without droplets would be black everywhere.
+fn is_dark(settings: &Settings) -> bool {
+    let background = &settings.background;
+    settings.atmosphere.scattering_per_m == 0.0 && background.radiance == [0.0; 3] && background.image.is_none()
+}

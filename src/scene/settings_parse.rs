@@ -1,0 +1,184 @@
+//! From JSON and `--set` to settings: flattens nested and dotted keys, finds each in its table, proposes the nearest.
+
+use std::borrow::Cow;
+
+use serde::Deserialize;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde_json::Value;
+use serde_json::value::RawValue;
+
+use super::error::{SceneError, SceneFault, SceneResult, excerpt};
+use super::folder::Folder;
+use super::given::Given;
+use super::keys::Key;
+use crate::suggest::closest;
+
+/// Settings longer than this are refused: as a tree, JSON takes up to ninety times the space of its text.
+const TEXT_LIMIT_BYTES: usize = 128 << 10;
+
+/// Dotted keys with their values, in order.
+pub type Entries = Vec<(String, Value)>;
+
+/// The entries of an element's `extras`: everything under `mie_cloud`, nested, dotted or as a JSON string.
+///
+/// # Errors
+/// When `mie_cloud` is neither an object nor a string that holds one, or is unreasonably long.
+pub fn entries_of_extras(extras: Option<&RawValue>, element: &str) -> SceneResult<Entries> {
+    let Some(extras) = extras else { return Ok(Entries::new()) };
+    let json = |e: serde_json::Error| SceneError::at(format!("{element}.extras"), SceneFault::Json(e.to_string()));
+    // Extras may be anything; only objects can hold settings.
+    if !extras.get().starts_with('{') {
+        return Ok(Entries::new());
+    }
+    let OwnExtras(own) = serde_json::from_str(extras.get()).map_err(json)?;
+    let mut entries = Entries::new();
+    for (key, raw) in own {
+        if raw.get().len() > TEXT_LIMIT_BYTES || key.len() > TEXT_LIMIT_BYTES {
+            return Err(too_long(element, raw.get().len()));
+        }
+        let mut value: Value = serde_json::from_str(raw.get()).map_err(json)?;
+        if let (Value::String(text), true) = (&value, key == "mie_cloud") {
+            value = serde_json::from_str(text).map_err(json)?;
+        }
+        match key.strip_prefix("mie_cloud.") {
+            Some(key) => flatten(key, value, &mut entries),
+            None if value.is_object() => flatten("", value, &mut entries),
+            None => {
+                let problem = "is no object and no JSON text of one".into();
+                let (value, expected) = (excerpt(&value.to_string()), "an object of settings".into());
+                return Err(SceneError::at(element, SceneFault::Setting { key: key.into(), value, problem, expected }));
+            }
+        }
+    }
+    Ok(entries)
+}
+
+fn too_long(element: &str, bytes: usize) -> SceneError {
+    let (what, bytes, limit) = ("settings of this length".into(), bytes as u64, TEXT_LIMIT_BYTES as u64);
+    let remedy = "keep tables in CSV files beside the scene";
+    SceneError::at(format!("{element}.extras.mie_cloud"), SceneFault::TooLarge { what, bytes, limit, remedy })
+}
+
+/// The members of `extras` that are ours, unparsed, so that foreign extras cost nothing.
+struct OwnExtras<'a>(Vec<(Cow<'a, str>, &'a RawValue)>);
+
+impl<'de> Deserialize<'de> for OwnExtras<'de> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Members;
+        impl<'de> Visitor<'de> for Members {
+            type Value = OwnExtras<'de>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<OwnExtras<'de>, A::Error> {
+                let mut own = Vec::new();
+                while let Some(key) = map.next_key::<Cow<'de, str>>()? {
+                    if key == "mie_cloud" || key.starts_with("mie_cloud.") {
+                        own.push((key, map.next_value()?));
+                    } else {
+                        map.next_value::<IgnoredAny>()?;
+                    }
+                }
+                Ok(OwnExtras(own))
+            }
+        }
+        deserializer.deserialize_map(Members)
+    }
+}
+
+/// The entries of one `--set KEY=VALUE`: JSON where the value is an object or array, text otherwise.
+///
+/// # Errors
+/// When the value begins like JSON but is none.
+pub fn entries_of_flag(key: &str, text: &str) -> SceneResult<Entries> {
+    let key = key.trim();
+    let key = key.strip_prefix("mie_cloud.").unwrap_or(key);
+    let value = if text.trim_start().starts_with(['{', '[', '"']) {
+        serde_json::from_str(text)
+            .map_err(|e| SceneError::at(format!("--set {key}"), SceneFault::Json(e.to_string())))?
+    } else {
+        Value::String(text.into())
+    };
+    let mut entries = Entries::new();
+    flatten(key, value, &mut entries);
+    Ok(entries)
+}
+
+/// Turns `{"atmosphere": {"step_m": 1}}` into `atmosphere.step_m = 1`; null sets nothing.
+fn flatten(prefix: &str, value: Value, entries: &mut Entries) {
+    match value {
+        Value::Object(members) => {
+            for (name, value) in members {
+                let key = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
+                flatten(&key, value, entries);
+            }
+        }
+        Value::Null => {}
+        value => entries.push((prefix.to_owned(), value)),
+    }
+}
+
+/// Sets every entry by its key; `element` is named in messages.
+///
+/// # Errors
+/// For unknown keys, with the nearest known one, and for values that do not fit.
+pub fn apply<T>(
+    target: &mut T,
+    keys: &[&[Key<T>]],
+    entries: &Entries,
+    folder: &Folder,
+    element: &str,
+) -> SceneResult<()> {
+    for (name, value) in entries {
+        let name = canonical(name);
+        let Some(key) = keys.iter().copied().flatten().find(|key| key.name == name) else {
+            return Err(SceneError::at(element, unknown(&name, keys)));
+        };
+        (key.set)(target, &Given { value, folder }).map_err(|misfit| {
+            let value = value.as_str().map_or_else(|| value.to_string(), |text| format!("\"{text}\""));
+            let fault = SceneFault::Setting {
+                key: key.name.into(),
+                value: excerpt(&value),
+                problem: misfit.0,
+                expected: expectation(key.range, key.unit),
+            };
+            SceneError::at(element, fault)
+        })?;
+    }
+    Ok(())
+}
+
+/// Effects are named with dashes; underscores come naturally where everything else has them.
+fn canonical(name: &str) -> Cow<'_, str> {
+    match name.strip_prefix("effects.") {
+        Some(effect) if effect.contains('_') => Cow::Owned(format!("effects.{}", effect.replace('_', "-"))),
+        _ => Cow::Borrowed(name),
+    }
+}
+
+fn expectation(range: &str, unit: &str) -> String {
+    if unit.is_empty() { range.into() } else { format!("{range} ({unit})") }
+}
+
+fn unknown<T>(name: &str, keys: &[&[Key<T>]]) -> SceneFault {
+    let names: Vec<&str> = keys.iter().copied().flatten().map(|key| key.name).collect();
+    let suggestion = match nearest(name, &names) {
+        Some(known) => format!("did you mean `{known}`?"),
+        None => format!("known are {}", names.join(", ")),
+    };
+    SceneFault::UnknownKey { key: excerpt(name), suggestion }
+}
+
+/// The known key that is nearest to a mistyped one; also if only its last part was written.
+fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    // Words far longer than any key are no slips; the bound also keeps the comparison cheap.
+    let name: String = name.chars().take(60).collect();
+    let last_part = |key: &'a str| key.rsplit('.').next().unwrap_or(key);
+    let part = name.rsplit('.').next().unwrap_or(&name);
+    closest(&name, known.iter().copied()).or_else(|| {
+        let near = closest(part, known.iter().copied().map(last_part))?;
+        known.iter().copied().find(|key| last_part(key) == near)
+    })
+}

@@ -1,0 +1,115 @@
+//! The light that falls on the scene, by rendered wavelength, and the way from wavelengths to channels.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::optics::phase_function::PhaseFunction;
+use crate::scene::model::{Scene, Sun};
+use crate::spectrum::{Light, SpectralSampling};
+
+/// One sun.
+#[derive(Clone, Debug)]
+pub struct SunLight {
+    /// Unit vector in which the light travels.
+    pub direction: DVec3,
+    /// Irradiance by wavelength, in the units in which radiance is rendered.
+    pub irradiance: Vec<f64>,
+}
+
+/// The air between the droplets.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// Scattering coefficient, 1/m.
+    pub scattering_per_m: f64,
+    /// Scattering plus absorption, 1/m.
+    pub extinction_per_m: f64,
+    /// Radius of the ball of air about the camera, m.
+    pub depth_m: f64,
+    /// Longest march step, m.
+    pub step_m: f64,
+    /// Phase function by wavelength.
+    pub phase: Vec<Arc<PhaseFunction>>,
+}
+
+impl Air {
+    /// Transmittance of the air over a distance from the camera, m.
+    #[inline]
+    pub fn transmittance(&self, t_m: f64) -> f64 {
+        (-self.extinction_per_m * t_m.min(self.depth_m)).exp()
+    }
+}
+
+/// Everything that shines, and how wavelengths become channels.
+#[derive(Clone, Debug)]
+pub struct Lighting {
+    /// The suns.
+    pub suns: Vec<SunLight>,
+    /// Radiance of the background by wavelength.
+    pub background: Vec<f64>,
+    /// Contribution of a unit of radiance at each wavelength to R, G, B.
+    pub rgb_weights: Vec<[f64; 3]>,
+    /// Share of each wavelength in R, G and B of white light; each sums to 1.
+    pub channel_shares: [Vec<f64>; 3],
+    /// Share of each wavelength in the luminance; sums to 1.
+    pub luminance_weights: Vec<f64>,
+    /// The air.
+    pub air: Air,
+}
+
+impl Lighting {
+    /// The light of a scene; `air_phase` holds one phase function per wavelength, or one for all.
+    pub fn new(scene: &Scene, sampling: &SpectralSampling, air_phase: Vec<Arc<PhaseFunction>>) -> Self {
+        let rgb_weights = sampling.rgb_weights.clone();
+        let n_wavelengths = sampling.wavelengths_m.len();
+        let atmosphere = &scene.settings.atmosphere;
+        Self {
+            suns: suns(scene, sampling),
+            background: sampling.background_spectrum(scene.settings.background.radiance),
+            channel_shares: [0, 1, 2].map(|channel| shares(&rgb_weights, channel)),
+            luminance_weights: sampling.luminance_weights.clone(),
+            rgb_weights,
+            air: Air {
+                scattering_per_m: atmosphere.scattering_per_m,
+                extinction_per_m: atmosphere.scattering_per_m + atmosphere.absorption_per_m,
+                depth_m: atmosphere.depth_m,
+                step_m: atmosphere.step_m,
+                phase: (0..n_wavelengths).map(|w| air_phase[w.min(air_phase.len() - 1)].clone()).collect(),
+            },
+        }
+    }
+
+    /// R, G, B of a radiance by wavelength.
+    #[inline]
+    pub fn rgb(&self, radiance: &[f64]) -> [f64; 3] {
+        let mut rgb = [0.0; 3];
+        for (value, weights) in radiance.iter().zip(&self.rgb_weights) {
+            for (channel, weight) in rgb.iter_mut().zip(weights) {
+                *channel += weight * value;
+            }
+        }
+        rgb
+    }
+
+    /// The mean of a transmittance by wavelength as one channel weighs it.
+    #[inline]
+    pub fn channel_mean(&self, channel: usize, transmittance: &[f64]) -> f64 {
+        self.channel_shares[channel].iter().zip(transmittance).map(|(share, value)| share * value).sum()
+    }
+}
+
+/// What each wavelength contributes to a channel of white light, as shares of the whole.
+fn shares(rgb_weights: &[[f64; 3]], channel: usize) -> Vec<f64> {
+    let total: f64 = rgb_weights.iter().map(|weights| weights[channel]).sum();
+    rgb_weights.iter().map(|weights| weights[channel] / total).collect()
+}
+
+fn suns(scene: &Scene, sampling: &SpectralSampling) -> Vec<SunLight> {
+    let settings = &scene.settings.sun;
+    let light =
+        |sun: &Sun| Light { spectrum: sun.spectrum.unwrap_or(settings.spectrum), color: sun.color, lux: sun.lux };
+    let lights: Vec<Light> = scene.suns.iter().map(light).collect();
+    let irradiances = sampling.light_weights(&lights, settings.irradiance);
+    let with_direction = |(sun, irradiance): (&Sun, Vec<f64>)| SunLight { direction: sun.direction, irradiance };
+    scene.suns.iter().zip(irradiances).map(with_direction).collect()
+}

@@ -1,0 +1,70 @@
+//! The scene's droplets, parcels and fog boxes become bodies: disc radii, densities and size bins filled in.
+
+use rayon::prelude::*;
+
+use super::media::Media;
+use crate::accel::{BodyKind, Placed, PlacedBox};
+use crate::optics::bins::{BinPlan, DropletSize};
+use crate::scene::model::{FogBox, FogDensity, Particle, ParticleKind, Scene};
+
+/// The size bins of everything in the scene.
+pub(super) fn bin_plan(scene: &Scene) -> BinPlan {
+    let sizes = scene.particles.iter().map(droplet_size).chain(scene.fog_boxes.iter().map(fog_size));
+    BinPlan::new(&scene.classes, sizes, scene.settings.droplets.size_bins)
+}
+
+/// A droplet without a radius of its own is as large as it is drawn; a parcel holds its class's distribution.
+fn droplet_size(particle: &Particle) -> DropletSize {
+    let as_drawn = particle.kind == ParticleKind::Droplet && particle.droplet_radius_m == 0.0;
+    let radius_m = if as_drawn { particle.radius_m } else { particle.droplet_radius_m };
+    DropletSize { class: particle.class, radius_m, count: f64::from(particle.count) }
+}
+
+fn fog_size(fog: &FogBox) -> DropletSize {
+    DropletSize { class: fog.class, radius_m: fog.droplet_radius_m.unwrap_or(0.0) as f32, count: 1.0 }
+}
+
+/// Bodies of droplets and parcels. `scene.fill_fog` must have been called.
+pub(super) fn place_particles(particles: Vec<Particle>, bins: &BinPlan, media: &Media) -> Vec<Placed> {
+    particles.into_par_iter().map(|particle| place_particle(&particle, bins, media)).collect()
+}
+
+fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed {
+    let size = droplet_size(particle);
+    let bin = bins.bin_of(size.class, size.radius_m);
+    let radius_m = f64::from(particle.radius_m);
+    match particle.kind {
+        ParticleKind::Droplet => {
+            let disc_m = radius_m * media.disc_scale(bin as usize);
+            Placed { center_m: particle.center_m, radius_m: disc_m as f32, load: 1.0, bin, kind: BodyKind::Droplet }
+        }
+        ParticleKind::Parcel => {
+            let volume_m3 = 4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3);
+            Placed {
+                center_m: particle.center_m,
+                radius_m: particle.radius_m,
+                load: (f64::from(particle.count) / volume_m3) as f32,
+                bin,
+                kind: BodyKind::Ball,
+            }
+        }
+    }
+}
+
+/// Bodies of fog boxes.
+pub(super) fn place_boxes(fog_boxes: &[FogBox], bins: &BinPlan) -> Vec<PlacedBox> {
+    let number = |density| match density {
+        FogDensity::NumberPerM3(number) => number,
+        // Filled before; a box that was not holds nothing.
+        FogDensity::LiquidWaterGPerM3(_) | FogDensity::ExtinctionPerM(_) => 0.0,
+    };
+    fog_boxes
+        .iter()
+        .map(|fog| PlacedBox {
+            center_m: fog.center_m,
+            half_edges_m: fog.half_edges_m,
+            number_per_m3: number(fog.density),
+            bin: bins.bin_of(fog.class, fog_size(fog).radius_m),
+        })
+        .collect()
+}

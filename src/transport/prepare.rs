@@ -1,0 +1,225 @@
+//! From a planned scene to what the picture loop reads: tables, bodies, tree, light.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::lighting::Lighting;
+use super::media::{Absorption, Media};
+use super::place::{bin_plan, place_boxes, place_particles};
+use super::sample::RenderContext;
+use crate::accel::Accel;
+use crate::optics::DropletClass;
+use crate::optics::bins::BinPlan;
+use crate::optics::distribution::{Shape, SizeDistribution};
+use crate::optics::material::Material;
+use crate::optics::phase_function::PhaseFunction;
+use crate::optics::phase_model::PhaseModel;
+use crate::optics::size_average::AverageAccuracy;
+use crate::optics::tables::{OpticalTables, OpticsError, TableSettings};
+use crate::plan::{EffectPlan, Switches};
+use crate::scene::fog::PerDroplet;
+use crate::scene::model::{Camera, ParticleKind, Scene};
+use crate::scene::settings::{Accuracy, AirPhase, Effect};
+use crate::spectrum::SpectralSampling;
+use crate::warning::Warning;
+
+/// The wavelength at which scenes give extinction coefficients of fog, m.
+const FOG_WAVELENGTH_M: f64 = 550e-9;
+
+/// A stage that begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Optical tables are computed.
+    Tables,
+    /// The tree is built.
+    Bvh,
+    /// Everything is ready to render.
+    Ready,
+}
+
+/// A scene could not be prepared.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// The optical tables could not be made.
+    #[error(transparent)]
+    Optics(#[from] OpticsError),
+    /// Something that this version cannot render was asked for.
+    #[error("{0} is not in this version yet: {1}")]
+    NotYet(&'static str, &'static str),
+}
+
+/// How much there is of everything.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Droplets and parcels.
+    pub particles: usize,
+    /// Droplets.
+    pub droplets: usize,
+    /// Parcels.
+    pub parcels: usize,
+    /// Fog boxes.
+    pub fog_boxes: usize,
+    /// Size bins.
+    pub size_bins: usize,
+    /// Bytes of phase functions and cross sections.
+    pub table_bytes: usize,
+}
+
+/// A scene that is ready to be rendered.
+pub struct Prepared {
+    /// Everything that a ray can meet.
+    pub accel: Accel,
+    /// What it does to light.
+    pub media: Media,
+    /// The light.
+    pub lighting: Lighting,
+    /// The camera.
+    pub camera: Camera,
+    /// What the inner loops simulate.
+    pub switches: Switches,
+    /// Width and height of the picture, pixels.
+    pub resolution: [u32; 2],
+    /// How much there is of everything.
+    pub counts: Counts,
+    /// What was noticed on the way.
+    pub warnings: Vec<Warning>,
+}
+
+impl Prepared {
+    /// Prepares a scene; `cache` is a folder for optical tables, `enter` hears which stage begins.
+    ///
+    /// # Errors
+    /// When a material is not known at a wavelength, or a size or phase model is out of range.
+    pub fn new(
+        mut scene: Scene,
+        plan: &EffectPlan,
+        sampling: &SpectralSampling,
+        cache: Option<&Path>,
+        enter: &mut dyn FnMut(Stage),
+    ) -> Result<Self, PrepareError> {
+        if scene.settings.background.image.is_some() && plan.is_on(Effect::Background) {
+            return Err(PrepareError::NotYet("background.image", "use background.radiance or --effects -background"));
+        }
+        enter(Stage::Tables);
+        let wavelengths_m = table_wavelengths(plan, sampling);
+        fill_fog(&mut scene)?;
+        let bins = bin_plan(&scene);
+        let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
+        let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
+        let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
+        let lighting = Lighting::new(&scene, sampling, air_phases(&scene, &wavelengths_m, cache)?);
+        let has_air = lighting.air.extinction_per_m > 0.0;
+
+        enter(Stage::Bvh);
+        let counts = counts(&scene, &tables);
+        let fog_boxes = place_boxes(&scene.fog_boxes, &bins);
+        let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media);
+        let accel = Accel::build(placed, &fog_boxes);
+        enter(Stage::Ready);
+        Ok(Self {
+            accel,
+            media,
+            lighting,
+            camera: scene.camera,
+            switches: plan.switches(has_air),
+            resolution: scene.settings.image.resolution,
+            counts,
+            warnings: [bins.warnings, tables.warnings].concat(),
+        })
+    }
+
+    /// What every sample reads.
+    pub fn context(&self) -> RenderContext<'_> {
+        RenderContext {
+            accel: &self.accel,
+            media: &self.media,
+            lighting: &self.lighting,
+            camera: &self.camera,
+            switches: self.switches,
+            resolution: self.resolution,
+        }
+    }
+}
+
+/// Wavelengths that need tables; without dispersion all share the middle one.
+fn table_wavelengths(plan: &EffectPlan, sampling: &SpectralSampling) -> Vec<f64> {
+    let all = &sampling.wavelengths_m;
+    if plan.is_on(Effect::Dispersion) { all.clone() } else { vec![all[all.len() / 2]] }
+}
+
+fn build_tables(
+    scene: &Scene,
+    bins: &BinPlan,
+    wavelengths_m: &[f64],
+    cache: Option<&Path>,
+) -> Result<OpticalTables, OpticsError> {
+    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths_m, cache))
+}
+
+fn table_settings<'a>(accuracy: &Accuracy, wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSettings<'a> {
+    let default = AverageAccuracy::default();
+    let angle_tolerance = accuracy.angle_tolerance.unwrap_or(default.angle_tolerance);
+    TableSettings {
+        wavelengths_m,
+        size_parameter_cap: accuracy.size_parameter_cap,
+        accuracy: AverageAccuracy { angle_tolerance, ..default },
+        cache,
+    }
+}
+
+/// Gives every ball and box of fog its number of droplets, from their extinction at 550 nm and their mass.
+fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
+    let settings = table_settings(&scene.settings.accuracy, &[FOG_WAVELENGTH_M], None);
+    scene.fill_fog(|class, own_radius_m| {
+        let distribution = match own_radius_m {
+            Some(r_m) => SizeDistribution { shape: Shape::Mono { r_m }, r_min_m: r_m, r_max_m: r_m },
+            None => class.distribution.clone(),
+        };
+        let class = DropletClass { distribution, phase: PhaseModel::Isotropic, ..class.clone() };
+        let tables = OpticalTables::build(&BinPlan::of_distribution(&class), std::slice::from_ref(&class), &settings)?;
+        let mass_g = 1e3 * class.material.density_kg_per_m3() * tables.bins[0].mean_volume_m3;
+        Ok(PerDroplet { mass_g, extinction_m2: tables.get(0, 0).c_ext_m2 })
+    })
+}
+
+/// The air's phase function at every wavelength.
+fn air_phases(
+    scene: &Scene,
+    wavelengths_m: &[f64],
+    cache: Option<&Path>,
+) -> Result<Vec<Arc<PhaseFunction>>, OpticsError> {
+    let air = &scene.settings.atmosphere;
+    let same = |phase: PhaseFunction| Ok(vec![Arc::new(phase)]);
+    match &air.phase {
+        _ if air.scattering_per_m == 0.0 => same(PhaseFunction::Isotropic),
+        AirPhase::Isotropic => same(PhaseFunction::Isotropic),
+        AirPhase::Rayleigh => same(PhaseFunction::Rayleigh),
+        AirPhase::HenyeyGreenstein { g } => same(PhaseFunction::henyey_greenstein(*g)),
+        AirPhase::Haze(distribution) => {
+            let class = DropletClass {
+                material: Material::Water,
+                phase: PhaseModel::Mie,
+                distribution: distribution.clone(),
+                albedo: None,
+            };
+            let settings = table_settings(&scene.settings.accuracy, wavelengths_m, cache);
+            let tables = OpticalTables::build(&BinPlan::of_distribution(&class), &[class], &settings)?;
+            Ok((0..wavelengths_m.len()).map(|w| tables.get(0, w).phase.clone()).collect())
+        }
+    }
+}
+
+fn counts(scene: &Scene, tables: &OpticalTables) -> Counts {
+    let droplets = scene.particles.iter().filter(|particle| particle.kind == ParticleKind::Droplet).count();
+    Counts {
+        particles: scene.particles.len(),
+        droplets,
+        parcels: scene.particles.len() - droplets,
+        fog_boxes: scene.fog_boxes.len(),
+        size_bins: tables.bins.len(),
+        table_bytes: tables.bytes(),
+    }
+}
