@@ -143,10 +143,15 @@ fn median(values: &[f64]) -> f64 {
 fn print_ratios(samples: &Samples) {
     let samples = samples.borrow();
     println!("\n{:<45} {:>12} {:>12} {:>8}", "task", OURS, THEIRS, "ratio");
-    for ((task, program), values) in samples.iter().filter(|((_, program), _)| *program != OURS) {
-        let Some(own) = samples.get(&(task.clone(), OURS)) else { continue };
-        let (own, other) = (median(own), median(values));
-        println!("{task:<45} {:>9.2} us {:>9.2} us {:>7.1}x  ({program})", own * 1e6, other * 1e6, other / own);
+    for ((task, program), values) in samples.iter() {
+        let (time, own) = (median(values) * 1e6, samples.get(&(task.clone(), OURS)).map(|own| median(own) * 1e6));
+        match own {
+            Some(own) if *program != OURS => {
+                println!("{task:<45} {own:>9.2} us {time:>9.2} us {:>7.1}x  ({program})", time / own);
+            }
+            _ if samples.contains_key(&(task.clone(), THEIRS)) => {}
+            _ => println!("{task:<45} {time:>9.2} us"),
+        }
     }
 }
 

@@ -29,7 +29,9 @@ pub enum OpticsError {
     #[error(transparent)]
     Material(#[from] MaterialError),
     /// A droplet is outside the domain of the Mie series.
-    #[error("droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius (rmax of a distribution) or the wavelength")]
+    #[error(
+        "droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius (rmax of a distribution) or the wavelength"
+    )]
     Mie { sizes: String, wavelength_nm: f64, reason: MieError },
     /// The fitted phase function does not reach these droplets.
     #[error(

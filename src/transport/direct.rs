@@ -111,14 +111,7 @@ fn note_depth(t_m: f64, scratch: &mut Scratch) {
 }
 
 /// The sunlight that the collision sends to the camera: albedo, phase function, transmittance on both legs.
-fn add_sunlight(
-    ctx: &RenderContext,
-    ray: &LocalRay,
-    place: Place,
-    t_m: f64,
-    point: DVec3,
-    scratch: &mut Scratch,
-) {
+fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, place: Place, t_m: f64, point: DVec3, scratch: &mut Scratch) {
     let air = if ctx.switches.air { ctx.lighting.air.transmittance(t_m) } else { 1.0 };
     for sun in &ctx.lighting.suns {
         // 1 - cos of the scattering angle, without cancellation in the forward direction.
