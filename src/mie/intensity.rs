@@ -15,6 +15,9 @@ use super::{
 /// Spheres per batch: the recurrence then costs less than a tenth of the sums (measured: no gain beyond).
 const BATCH: usize = 16;
 
+/// Pairs of orders that may wait, 3 MB of them: huge spheres gain nothing from waiting for each other.
+const MAX_PENDING_PAIRS: usize = 1 << 15;
+
 /// Pairs of orders per table: 64 orders of pi and tau at [`TILE`] angles take 16 kB.
 const PAIRS_PER_TABLE: usize = 32;
 
@@ -86,7 +89,8 @@ impl<'a> IntensitySum<'a> {
         let s = series.exact_axis();
         let on_axis = [s[0] * s[0] + s[1] * s[1], s[4] * s[4] + s[5] * s[5]];
         self.pending.push(Pending { orders: series.orders(), weight, on_axis });
-        if self.pending.len() == BATCH {
+        let pairs: usize = self.pending.iter().map(|sphere| sphere.orders.len()).sum();
+        if self.pending.len() == BATCH || pairs > MAX_PENDING_PAIRS {
             self.flush();
         }
     }
