@@ -38,7 +38,7 @@ pub struct AverageAccuracy {
 impl Default for AverageAccuracy {
     /// The accuracy of published numbers: C_ext and g to better than 1e-3 (hazes 1e-4), p to 1e-2 at the worst angle.
     fn default() -> Self {
-        Self { size_tolerance: 2e-4, angle_tolerance: 1e-3, max_radii: 4096, max_terms: 1e8 }
+        Self { size_tolerance: 2e-4, angle_tolerance: 1e-3, max_radii: 4096, max_terms: 8e6 }
     }
 }
 
