@@ -97,3 +97,8 @@ fn spheres_agree_with_the_reference() {
 fn spheres_of_a_million_agree_with_the_reference() {
     check_file(include_str!("data/mie/reference_1e6.json"), 2);
 }
+
+#[test]
+fn hard_spheres_agree_with_arbitrary_precision() {
+    check_file(include_str!("data/mie/hard_cases.json"), 58);
+}

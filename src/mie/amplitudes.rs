@@ -1,4 +1,4 @@
-//! Amplitudes S1, S2 and intensities of one sphere at any angles.
+//! Amplitudes S1, S2 of one sphere at any angles.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -47,14 +47,6 @@ impl Series {
         self.amplitudes_at(&Angles::new(theta_rad)?, s1, s2)
     }
 
-    /// Intensities (|S1|^2 + |S2|^2) / 2 of unpolarised light at `theta_rad`, each in 0 ..= pi.
-    ///
-    /// # Errors
-    /// As [`Series::amplitudes`].
-    pub fn intensities(&self, theta_rad: &[f64], out: &mut [f64]) -> Result<(), MieError> {
-        self.intensities_at(&Angles::new(theta_rad)?, out)
-    }
-
     /// As [`Series::amplitudes`] at prepared angles.
     ///
     /// # Errors
@@ -78,19 +70,8 @@ impl Series {
         Ok(())
     }
 
-    /// As [`Series::intensities`] at prepared angles.
-    ///
-    /// # Errors
-    /// [`MieError::Lengths`] if `out` differs in length from `angles`.
-    pub fn intensities_at(&self, angles: &Angles, out: &mut [f64]) -> Result<(), MieError> {
-        check_length(angles, out.len())?;
-        let mut sum = IntensitySum::new(angles);
-        sum.add(self, 1.0);
-        sum.write(out)
-    }
-
     /// Weighted coefficients in pairs of orders, the last pair filled up with zeros.
-    fn orders(&self) -> Vec<OrderPair> {
+    pub(super) fn orders(&self) -> Vec<OrderPair> {
         let order = |i: usize| {
             let n = (i + 1) as f64;
             let Some((a, b)) = self.a.get(i).zip(self.b.get(i)) else { return Order::default() };
@@ -108,7 +89,7 @@ impl Series {
     }
 
     /// Amplitudes at exactly 0 and pi, laid out like an entry of [`FoldedAmplitudes`]: S1 = S2 and S1 = -S2.
-    fn exact_axis(&self) -> [f64; 8] {
+    pub(super) fn exact_axis(&self) -> [f64; 8] {
         let (mut forward, mut backward) = (Complex64::default(), Complex64::default());
         for (i, (a, b)) in self.a.iter().zip(&self.b).enumerate().rev() {
             let weight = (2 * i + 3) as f64 * 0.5;
@@ -120,84 +101,26 @@ impl Series {
     }
 }
 
-/// A weighted sum of the intensities of many spheres at the same angles.
-///
-/// ```
-/// use mie_cloud::mie::{Angles, IntensitySum, Solver};
-/// use num_complex::Complex64;
-///
-/// let angles = Angles::new(&[0.0, 1.0, 2.0])?;
-/// let mut solver = Solver::new();
-/// let mut sum = IntensitySum::new(&angles);
-/// for x in [1.0, 10.0, 100.0] {
-///     sum.add(&solver.series(x, Complex64::new(1.33, 0.0))?, 1.0 / 3.0);
-/// }
-/// let mut mean = [0.0; 3];
-/// sum.write(&mut mean)?;
-/// # Ok::<(), mie_cloud::mie::MieError>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct IntensitySum<'a> {
-    angles: &'a Angles,
-    /// Sums at the folded angles and at their mirror images.
-    forward: Vec<f64>,
-    backward: Vec<f64>,
-}
-
-impl<'a> IntensitySum<'a> {
-    /// An empty sum at `angles`.
-    pub fn new(angles: &'a Angles) -> Self {
-        let zeros = vec![0.0; angles.h.len()];
-        Self { angles, forward: zeros.clone(), backward: zeros }
-    }
-
-    /// Adds `weight` times the intensities (|S1|^2 + |S2|^2) / 2 of `series`.
-    pub fn add(&mut self, series: &Series, weight: f64) {
-        let on_axis = (self.angles.h.first() == Some(&0.0)).then(|| (self.forward[0], self.backward[0]));
-        Arch::new().dispatch(FoldedIntensities {
-            orders: &series.orders(),
-            h: &self.angles.h,
-            half_weight: 0.5 * weight,
-            forward: &mut self.forward,
-            backward: &mut self.backward,
-        });
-        if let Some((forward, backward)) = on_axis {
-            let s = series.exact_axis();
-            self.forward[0] = forward + weight * (s[0] * s[0] + s[1] * s[1]);
-            self.backward[0] = backward + weight * (s[4] * s[4] + s[5] * s[5]);
-        }
-    }
-
-    /// Writes the sum, one value per angle in the order they were given.
-    ///
-    /// # Errors
-    /// [`MieError::Lengths`] if `out` differs in length from the angles.
-    pub fn write(&self, out: &mut [f64]) -> Result<(), MieError> {
-        check_length(self.angles, out.len())?;
-        for (out, source) in out.iter_mut().zip(&self.angles.sources) {
-            *out = match *source {
-                Source::Forward(entry) => self.forward[entry as usize],
-                Source::Backward(entry) => self.backward[entry as usize],
-            };
-        }
-        Ok(())
-    }
-}
-
-fn check_length(angles: &Angles, len: usize) -> Result<(), MieError> {
+/// Refuses results whose number is not that of the angles.
+pub(super) fn check_length(angles: &Angles, len: usize) -> Result<(), MieError> {
     if len == angles.len() { Ok(()) } else { Err(MieError::Lengths { angles: angles.len(), values: len }) }
 }
 
 /// Whether two vectors of angles go together. Each needs 13 registers, so AVX-512 (32) holds two and AVX2 (16) one;
 /// single numbers wait for each other less in twos (measured: 1.6 times faster).
 #[inline(always)]
-fn in_twos<S: Simd>() -> bool {
+pub(super) fn in_twos<S: Simd>() -> bool {
     S::REGISTER_COUNT >= 32 || S::F64_LANES == 1
 }
 
 /// Calls `visit` with every vector of folded angles summed, and its index.
 #[inline(always)]
-fn for_each_vector<S: Simd>(simd: S, orders: &[OrderPair], h: &[f64], mut visit: impl FnMut(usize, Split<S::f64s>)) {
+pub(super) fn for_each_vector<S: Simd>(
+    simd: S,
+    orders: &[OrderPair],
+    h: &[f64],
+    mut visit: impl FnMut(usize, Split<S::f64s>),
+) {
     let (vectors, _) = S::as_simd_f64s(h);
     let (pairs, rest) = if in_twos::<S>() { vectors.as_chunks::<2>() } else { (&[][..], vectors) };
     for (i, pair) in pairs.iter().enumerate() {
@@ -244,44 +167,6 @@ impl WithSimd for FoldedAmplitudes<'_> {
             },
         );
     }
-}
-
-/// Adds the weighted intensities at every folded angle and its mirror image.
-struct FoldedIntensities<'a> {
-    orders: &'a [OrderPair],
-    h: &'a [f64],
-    half_weight: f64,
-    forward: &'a mut [f64],
-    backward: &'a mut [f64],
-}
-
-impl WithSimd for FoldedIntensities<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let weight = simd.splat_f64s(self.half_weight);
-        let (forward, _) = S::as_mut_simd_f64s(self.forward);
-        let (backward, _) = S::as_mut_simd_f64s(self.backward);
-        for_each_vector(
-            simd,
-            self.orders,
-            self.h,
-            #[inline(always)]
-            |vector, split| {
-                forward[vector] = add_intensity(simd, weight, forward[vector], split.forward(simd));
-                backward[vector] = add_intensity(simd, weight, backward[vector], split.backward(simd));
-            },
-        );
-    }
-}
-
-/// `sum` plus `weight` (|S1|^2 + |S2|^2) from [S1 re, S1 im, S2 re, S2 im].
-#[inline(always)]
-fn add_intensity<S: Simd>(simd: S, weight: S::f64s, sum: S::f64s, [a, b, c, d]: [S::f64s; 4]) -> S::f64s {
-    let s1 = simd.mul_add_e_f64s(a, a, simd.mul_f64s(b, b));
-    let s2 = simd.mul_add_e_f64s(c, c, simd.mul_f64s(d, d));
-    simd.mul_add_e_f64s(weight, simd.add_f64s(s1, s2), sum)
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

@@ -10,13 +10,16 @@ use super::MieError;
 /// the error that an angle near pi carries already when it comes from degrees.
 const MIRROR_TOLERANCE: f64 = 2.0 * (PI - 3.141_592_653_589_792_7);
 
+/// Folded angles are padded to a multiple of this: two vectors of AVX-512, four of AVX2.
+pub(super) const TILE: usize = 16;
+
 /// Angles at which series are evaluated, prepared once and used for any number of spheres.
 ///
 /// Angles that come in pairs theta, pi - theta cost half.
 #[derive(Clone, Debug)]
 pub struct Angles {
     theta_rad: Vec<f64>,
-    /// 1 - cos of each folded angle, padded with zeros to whole vectors of eight.
+    /// 1 - cos of each folded angle, padded with zeros to a multiple of [`TILE`].
     pub(super) h: Vec<f64>,
     /// For every angle the folded entry it reads, and from which side.
     pub(super) sources: Vec<Source>,
@@ -43,7 +46,7 @@ impl Angles {
         let mut folded: Vec<(f64, usize)> =
             theta_rad.iter().enumerate().map(|(i, &t)| (if t <= FRAC_PI_2 { t } else { PI - t }, i)).collect();
         folded.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut h = Vec::with_capacity(theta_rad.len().next_multiple_of(8));
+        let mut h = Vec::with_capacity(theta_rad.len().next_multiple_of(TILE));
         let mut sources = vec![Source::Forward(0); theta_rad.len()];
         let mut entry_angle = f64::NEG_INFINITY;
         for (angle, i) in folded {
@@ -55,7 +58,7 @@ impl Angles {
             let entry = h.len() as u32 - 1;
             sources[i] = if theta <= FRAC_PI_2 { Source::Forward(entry) } else { Source::Backward(entry) };
         }
-        h.resize(h.len().next_multiple_of(8), 0.0);
+        h.resize(h.len().next_multiple_of(TILE), 0.0);
         Ok(Self { theta_rad: theta_rad.to_vec(), h, sources })
     }
 

@@ -30,11 +30,11 @@ pub struct Accuracy {
 
 /// The promise by size: phases near x cost x times the rounding of x, hence the growth for S.
 pub const ACCURACY: [Accuracy; 5] = [
-    Accuracy { x_max: 1e2, efficiencies: 1e-12, amplitudes: 1e-12 },
-    Accuracy { x_max: 3e3, efficiencies: 1e-12, amplitudes: 2e-11 },
-    Accuracy { x_max: 2e4, efficiencies: 1e-12, amplitudes: 2e-10 },
-    Accuracy { x_max: 1e5, efficiencies: 1e-12, amplitudes: 1e-8 },
-    Accuracy { x_max: 1e6, efficiencies: 1e-12, amplitudes: 1e-8 },
+    Accuracy { x_max: 1e2, efficiencies: 1e-12, amplitudes: 1e-13 },
+    Accuracy { x_max: 3e3, efficiencies: 1e-12, amplitudes: 1e-12 },
+    Accuracy { x_max: 2e4, efficiencies: 1e-12, amplitudes: 1e-11 },
+    Accuracy { x_max: 1e5, efficiencies: 1e-12, amplitudes: 1e-10 },
+    Accuracy { x_max: 1e6, efficiencies: 1e-12, amplitudes: 1e-9 },
 ];
 
 /// The accuracy promised at size parameter `x`.
