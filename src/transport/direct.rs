@@ -1,9 +1,9 @@
 //! `direct`: sunlight that a droplet scatters once, straight to the camera.
 //!
 //! The first collision is forced: its place is drawn from the hero wavelength's free path, given that there is one
-//! (Lafortune & Willems 1996). Wavelength l then counts f_l / (1/n sum_h pdf_h), f the density of its own collisions
-//! and h the wavelengths that could have been heroes (Wilkie et al. 2014), which never exceeds n. Legend: sigma, what
-//! acts per metre at the place (on a droplet's disc: the probability that it acts); T, transmittance before it.
+//! (theory (43)), and every wavelength counts its integrand over the density of all possible heroes (theory (44)).
+//! Legend: sigma, what acts per metre at the place (on a droplet's disc: the probability that it acts); T,
+//! transmittance before it.
 
 use glam::DVec3;
 
@@ -26,6 +26,7 @@ pub(super) fn add_direct(ctx: &RenderContext, ray: &LocalRay, random: &PathRando
     let crossings = scratch.crossings.iter().enumerate();
     scratch.stretches.extend(crossings.filter_map(|(i, crossing)| Stretch::of(ctx.media, hero, i, crossing)));
     let Some(place) = find_depth(&mut scratch.stretches, target) else { return };
+    scratch.rays.scatter += 1;
     let (t_m, point) = locate(ray, place, scratch);
     act(ctx, place, t_m, scratch);
     weigh(ctx, t_m, scratch);
