@@ -54,7 +54,8 @@ impl Sums {
         let q_sca = 2.0 * inv_area * sca;
         let q_abs = 2.0 * inv_area * abs;
         let q_ext = q_sca + q_abs;
-        let g = 2.0 * total(&self.asymmetry) / sca;
+        // An index of exactly 1 scatters nothing.
+        let g = if sca > 0.0 { 2.0 * total(&self.asymmetry) / sca } else { 0.0 };
         let q_back = (back_re * back_re + back_im * back_im) * inv_area;
         Efficiencies { q_ext, q_sca, q_abs, q_back, q_pr: q_ext - g * q_sca, g, n_terms }
     }

@@ -11,12 +11,14 @@ pub mod domain;
 mod efficiencies;
 mod exterior;
 mod interior;
+mod scattering_matrix;
 mod solver;
 mod terms;
 mod waves;
 
 pub use amplitudes::IntensitySum;
 pub use angles::Angles;
+pub use scattering_matrix::ScatteringMatrix;
 pub use solver::{Solver, efficiencies};
 
 /// The sphere is outside the domain of the theory as it is computed here.
