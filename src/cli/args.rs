@@ -223,8 +223,8 @@ Examples:
   mie-cloud mie --distribution gamma:reff=6um,veff=0.1 --plot fog.svg
   mie-cloud mie --distribution lognormal:rg=0.1um,sigma=0.7,rmax=10um --index 1.45,0.01
 
-Phase functions integrate to 1 over the sphere (sr^-1). The medium is air, taken as vacuum. A CSV with angles from 0
-to 180 can be used in scenes as `\"phase\": \"table:FILE.csv\"`.";
+Phase functions integrate to 1 over the sphere (sr^-1); the medium is air, taken as vacuum.
+A CSV whose angles go from 0 to 180 serves as a scene's phase model, table:FILE.csv.";
 
 #[derive(Debug, Args)]
 #[command(after_help = MIE_EXAMPLES, group = ArgGroup::new("scatterer").required(true).args(["size_parameter", "radius", "distribution"]))]
@@ -321,10 +321,11 @@ fn parse_share(text: &str) -> Result<f64, String> {
     number(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("a number between 0 and 1 is needed".into()) })
 }
 
-/// An index such as `1.33,0`; its range is the theory's business.
+/// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
 fn parse_index(text: &str) -> Result<Complex64, String> {
     let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
     match parts[..] {
+        [n] => Ok(Complex64::new(n, 0.0)),
         [n, k] => Ok(Complex64::new(n, k)),
         _ => Err("write real and imaginary part as N,K, e.g. 1.33,0".into()),
     }

@@ -6,6 +6,7 @@ use num_complex::Complex64;
 
 use super::scatterer::{Cloud, Scatterer, Sphere};
 use crate::mie::{MieError, ScatteringMatrix};
+use crate::optics::size_average::Change;
 use crate::units::format_in;
 
 /// What the angular columns mean, for every format.
@@ -160,12 +161,7 @@ fn sphere_quantities(sphere: &Sphere) -> Vec<Quantity> {
 fn cloud_quantities(cloud: &Cloud) -> Vec<Quantity> {
     let (law, average) = (cloud.distribution.law(), &cloud.average);
     let c = &average.cross_sections;
-    let change = [
-        ("c_ext", average.change.c_ext),
-        ("g", average.change.g),
-        ("phase_median", average.change.p_median),
-        ("phase_worst", average.change.p_worst),
-    ];
+    let change = if c.c_sca_m2 > 0.0 { Value::Fields(changes(&average.change)) } else { Value::Undefined };
     let convergence = "change at the last doubling of the radii: c_ext and phase relative, g absolute";
     let mut list = vec![
         quantity("distribution", Value::Text(cloud.distribution.to_string()), "text", "size distribution by number"),
@@ -176,13 +172,17 @@ fn cloud_quantities(cloud: &Cloud) -> Vec<Quantity> {
         wavelength(cloud.wavelength_m),
         index(cloud.m),
         quantity("radii", Value::Count(average.ensemble.len()), "1", "radii that were averaged"),
-        quantity("convergence", Value::Fields(change.to_vec()), "1", convergence),
+        quantity("convergence", change, "1", convergence),
         number("area_m2", c.area_m2, "m^2", "mean geometric cross section"),
     ];
     list.extend(cross_sections([c.c_ext_m2, c.c_sca_m2, c.c_abs_m2]));
     list.push(albedo(c.c_sca_m2, c.c_ext_m2));
     list.push(asymmetry(c.g, c.c_sca_m2));
     list
+}
+
+fn changes(change: &Change) -> Vec<(&'static str, f64)> {
+    vec![("c_ext", change.c_ext), ("g", change.g), ("phase_median", change.p_median), ("phase_worst", change.p_worst)]
 }
 
 fn quantity(key: &'static str, value: Value, unit: &'static str, meaning: &'static str) -> Quantity {

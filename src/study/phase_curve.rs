@@ -39,7 +39,11 @@ const BUDGET: f64 = 4e9;
 const MANY_TERMS: f64 = 2e6;
 
 /// Points in each of the two peaks, spaced evenly in the logarithm of the distance from the axis.
-const PEAK_POINTS: usize = 400;
+const PEAK_POINTS: usize = 160;
+
+/// Rings around the axis are followed to this multiple of 1/x, which the inset of a plot shows, with so many points.
+const RINGS_END: f64 = 50.0;
+const RING_POINTS: usize = 200;
 
 /// The peaks' points reach from this share of 1/x to [`PEAK_END_DEG`].
 const PEAK_START: f64 = 0.02;
@@ -81,6 +85,9 @@ fn angles(peak_deg: f64, fringe_deg: Option<f64>, terms: f64) -> Vec<f64> {
     let start = (PEAK_START * peak_deg).min(0.1 * PEAK_END_DEG);
     let ratio = PEAK_END_DEG / start;
     let peak = (0..PEAK_POINTS).map(|i| start * ratio.powf(i as f64 / (PEAK_POINTS - 1) as f64));
+    let rings_end = (RINGS_END * peak_deg).min(PEAK_END_DEG);
+    let rings = (1..=RING_POINTS).map(|i| rings_end * i as f64 / RING_POINTS as f64);
+    let peak = peak.chain(rings);
     let mut all: Vec<f64> = even.chain(peak.clone()).chain(peak.map(|deg| 180.0 - deg)).collect();
     all.sort_by(f64::total_cmp);
     all.dedup();

@@ -92,9 +92,10 @@ fn step_below_mirrored(log: f64) -> f64 {
     steps.into_iter().find(|step| *step <= log).unwrap_or(power - 1.0)
 }
 
-/// A label of a logarithmic axis: 10⁻³, or in full where the power is not whole.
-pub fn power_label(power: f64) -> String {
-    if (power - power.round()).abs() < ROUNDING { power_of_ten(power) } else { short(10f64.powf(power)) }
+/// How the labels of a logarithmic axis are written: 10⁻³, or 0.05 on a short axis.
+pub fn log_label(range: &Range<f64>) -> impl Fn(&f64) -> String + use<> {
+    let plain = is_short(range);
+    move |power| if plain { short(10f64.powf(*power)) } else { power_of_ten(*power) }
 }
 
 /// 10 to a whole power, with the power raised: 10⁻³.
@@ -139,9 +140,9 @@ mod tests {
     #[test]
     fn short_axes_are_labelled_in_steps_of_one_two_five() {
         let range = log_range(&[0.0597, 0.1194, 0.0]).unwrap();
-        let labels: Vec<String> =
-            logarithmic(range, 10).key_points(BoldPoints(99)).into_iter().map(power_label).collect();
-        assert_eq!(labels, ["0.02", "0.05", "10⁻¹", "0.2"]);
+        let label = log_label(&range);
+        let labels: Vec<String> = logarithmic(range, 10).key_points(BoldPoints(99)).iter().map(label).collect();
+        assert_eq!(labels, ["0.02", "0.05", "0.1", "0.2"]);
         assert_eq!(log_range(&[1e-4, 300.0]), Some(-4.0..3.0));
         let constant = log_range(&[1.0]).unwrap();
         assert!(constant.start < 0.0 && constant.end > 0.0);

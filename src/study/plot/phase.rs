@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::axis::{Axis, degrees, even, log_range, logarithmic, power_label};
+use super::axis::{Axis, degrees, even, log_label, log_range, logarithmic};
 use super::caption::Caption;
 use super::columns::{Column, gather};
 use super::style::{BAND, CURVE, FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
@@ -31,7 +31,7 @@ const FINE_FRINGE_DEG: f64 = 0.7;
 const INSET_DEG: [f64; 2] = [67.0, 178.0];
 const INSET_SHARE: [f64; 2] = [0.03, 0.46];
 /// The inset shows the forward peak from and to these multiples of 1/x; the first dark ring is at 3.83.
-const INSET_PEAK: [f64; 2] = [0.1, 100.0];
+const INSET_PEAK: [f64; 2] = [0.1, 50.0];
 /// Peaks wider than this need no inset, degrees.
 const WIDE_PEAK_DEG: f64 = 2.0;
 
@@ -85,7 +85,7 @@ fn draw_phase(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>, y: &R
         .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
         .axis_style(BLACK.stroke_width(pt(1.0)))
         .y_label_style(font(13.0))
-        .y_label_formatter(&|power| power_label(*power))
+        .y_label_formatter(&log_label(y))
         .y_desc("phase function p(θ) (sr⁻¹)")
         .axis_desc_style(font(15.0))
         .set_tick_mark_size(LabelAreaPosition::Left, pt(5.0))
@@ -173,7 +173,7 @@ fn draw_inset(area: &Area, curve: &PhaseCurve, y: &Range<f64>) -> Result<(), Plo
         .margin_right(pt(10.0))
         .set_label_area_size(LabelAreaPosition::Left, pt(38.0))
         .set_label_area_size(LabelAreaPosition::Bottom, pt(22.0))
-        .build_cartesian_2d(logarithmic(from..to, 5), logarithmic(inset_y, 5))
+        .build_cartesian_2d(logarithmic(from..to, 5), logarithmic(inset_y.clone(), 5))
         .map_err(failed)?;
     chart
         .configure_mesh()
@@ -182,7 +182,7 @@ fn draw_inset(area: &Area, curve: &PhaseCurve, y: &Range<f64>) -> Result<(), Plo
         .axis_style(BLACK.stroke_width(pt(0.8)))
         .label_style(font(11.0))
         .x_label_formatter(&|power| degrees(*power))
-        .y_label_formatter(&|power| power_label(*power))
+        .y_label_formatter(&log_label(&inset_y))
         .set_all_tick_mark_size(pt(3.0))
         .draw()
         .map_err(failed)?;
