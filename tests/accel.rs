@@ -189,3 +189,22 @@ fn nothing_is_met_where_nothing_is() {
     let ray = accel.local_ray(DVec3::ZERO, DVec3::X);
     assert_eq!(accel.closest(&ray, 0.0, None, |_, c| Some(c.start())), None);
 }
+
+/// Sums over what a ray meets are taken in the tree's order, so the tree must not depend on the number of threads.
+#[test]
+fn the_tree_is_the_same_for_any_number_of_threads() {
+    use rand::{RngExt, SeedableRng};
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(9);
+    let mut at = || DVec3::new(rng.random(), rng.random(), rng.random());
+    let particles: Vec<Placed> = (0..200_000)
+        .map(|_| Placed { center_m: at(), radius_m: 1e-3, load: 1.0, bin: 0, kind: BodyKind::Ball })
+        .collect();
+    let order = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let accel = pool.install(|| Accel::build(particles.clone(), &[]));
+        (0..accel.len() as u32).map(|i| accel.body(i).id).collect::<Vec<_>>()
+    };
+    let one = order(1);
+    assert_eq!(one, order(2));
+    assert_eq!(one, order(7));
+}

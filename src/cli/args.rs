@@ -184,6 +184,9 @@ pub struct GenerateArgs {
     /// 0 fills the shape evenly, 1 gathers the fog in banks with almost clear air between
     #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Cloud")]
     pub patchiness: f64,
+    /// Radius of parcels over their mean spacing [default: chosen for smooth fog]
+    #[arg(long, value_name = "R", value_parser = parse_positive, help_heading = "Cloud")]
+    pub overlap: Option<f64>,
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
     pub seed: u64,

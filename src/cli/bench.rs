@@ -42,7 +42,7 @@ fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Ve
         {
             eprintln!(
                 "{count} particles: skipped, they need about {} MiB and {} MiB are free",
-                count * PEAK_BYTES_PER_PARTICLE >> 20,
+                (count * PEAK_BYTES_PER_PARTICLE) >> 20,
                 free >> 20
             );
             continue;

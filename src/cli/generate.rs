@@ -56,8 +56,10 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
         _ => Content::Default,
     };
     let camera = args.camera_position.zip(args.look_at);
+    let defaults = Recipe::new(shape);
     Ok(Recipe {
         count: args.count,
+        overlap: args.overlap.unwrap_or(defaults.overlap),
         kind: match args.kind {
             KindName::Droplets => ParticleKind::Droplet,
             KindName::Parcels => ParticleKind::Parcel,
@@ -78,7 +80,7 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
             ..View::default()
         },
         settings: settings(&args.set)?,
-        ..Recipe::new(shape)
+        ..defaults
     })
 }
 

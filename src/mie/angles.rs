@@ -10,13 +10,16 @@ use super::MieError;
 /// the error that an angle near pi carries already when it comes from degrees.
 const MIRROR_TOLERANCE: f64 = 2.0 * (PI - 3.141_592_653_589_792_7);
 
+/// Folded angles are padded to a multiple of this: two vectors of AVX-512, four of AVX2.
+pub(super) const TILE: usize = 16;
+
 /// Angles at which series are evaluated, prepared once and used for any number of spheres.
 ///
 /// Angles that come in pairs theta, pi - theta cost half.
 #[derive(Clone, Debug)]
 pub struct Angles {
     theta_rad: Vec<f64>,
-    /// 1 - cos of each folded angle, padded with zeros to whole vectors of eight.
+    /// 1 - cos of each folded angle, padded with zeros to a multiple of [`TILE`].
     pub(super) h: Vec<f64>,
     /// For every angle the folded entry it reads, and from which side.
     pub(super) sources: Vec<Source>,
@@ -40,15 +43,14 @@ impl Angles {
         if let Some(&bad) = theta_rad.iter().find(|t| !(0.0..=PI).contains(*t)) {
             return Err(MieError::Angle(bad));
         }
-        let folded = |theta: f64| if theta <= FRAC_PI_2 { theta } else { PI - theta };
-        let mut order: Vec<usize> = (0..theta_rad.len()).collect();
-        order.sort_by(|&i, &j| folded(theta_rad[i]).total_cmp(&folded(theta_rad[j])));
-        let mut h = Vec::with_capacity(theta_rad.len());
+        let mut folded: Vec<(f64, usize)> =
+            theta_rad.iter().enumerate().map(|(i, &t)| (if t <= FRAC_PI_2 { t } else { PI - t }, i)).collect();
+        folded.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut h = Vec::with_capacity(theta_rad.len().next_multiple_of(TILE));
         let mut sources = vec![Source::Forward(0); theta_rad.len()];
         let mut entry_angle = f64::NEG_INFINITY;
-        for i in order {
+        for (angle, i) in folded {
             let theta = theta_rad[i];
-            let angle = folded(theta);
             if angle - entry_angle > MIRROR_TOLERANCE || (angle == 0.0) != (entry_angle == 0.0) {
                 entry_angle = angle;
                 h.push(one_minus_cos(theta));
@@ -56,7 +58,7 @@ impl Angles {
             let entry = h.len() as u32 - 1;
             sources[i] = if theta <= FRAC_PI_2 { Source::Forward(entry) } else { Source::Backward(entry) };
         }
-        h.resize(h.len().next_multiple_of(8), 0.0);
+        h.resize(h.len().next_multiple_of(TILE), 0.0);
         Ok(Self { theta_rad: theta_rad.to_vec(), h, sources })
     }
 

@@ -34,7 +34,7 @@ pub(super) struct Split<V> {
 
 /// State of the recurrence for one vector of angles.
 #[derive(Clone, Copy)]
-struct Angular<V> {
+pub(super) struct Angular<V> {
     mu: V,
     minus_h: V,
     pi_before: V,
@@ -76,67 +76,150 @@ pub(super) fn sum_orders<S: Simd, const W: usize>(
     orders: &[OrderPair],
     h: [S::f64s; W],
 ) -> [Split<S::f64s>; W] {
-    let zero = simd.splat_f64s(0.0);
-    let mut angular = [Angular::new(simd, h[0]); W];
-    for i in 1..W {
-        angular[i] = Angular::new(simd, h[i]);
-    }
-    let mut sums = [Split {
-        s1_even_re: zero,
-        s1_even_im: zero,
-        s1_odd_re: zero,
-        s1_odd_im: zero,
-        s2_even_re: zero,
-        s2_even_im: zero,
-        s2_odd_re: zero,
-        s2_odd_im: zero,
-    }; W];
+    let mut angular = start(simd, h);
+    let mut sums = [Split::zero(simd); W];
     for [odd, even] in orders {
-        let [a_re, a_im, b_re, b_im, step, n] = splat(simd, odd);
+        let (c, step, n) = (Coefficients::splat(simd, odd), simd.splat_f64s(odd.step), simd.splat_f64s(odd.n));
         for i in 0..W {
-            let (angular, s) = (&mut angular[i], &mut sums[i]);
-            let (pi, tau) = (angular.pi, angular.tau(simd, n));
-            s.s1_even_re = simd.mul_add_e_f64s(a_re, pi, s.s1_even_re);
-            s.s1_even_im = simd.mul_add_e_f64s(a_im, pi, s.s1_even_im);
-            s.s1_odd_re = simd.mul_add_e_f64s(b_re, tau, s.s1_odd_re);
-            s.s1_odd_im = simd.mul_add_e_f64s(b_im, tau, s.s1_odd_im);
-            s.s2_even_re = simd.mul_add_e_f64s(b_re, pi, s.s2_even_re);
-            s.s2_even_im = simd.mul_add_e_f64s(b_im, pi, s.s2_even_im);
-            s.s2_odd_re = simd.mul_add_e_f64s(a_re, tau, s.s2_odd_re);
-            s.s2_odd_im = simd.mul_add_e_f64s(a_im, tau, s.s2_odd_im);
-            angular.advance(simd, step);
+            let (pi, tau) = (angular[i].pi, angular[i].tau(simd, n));
+            sums[i].add_odd(simd, &c, pi, tau);
+            angular[i].advance(simd, step);
         }
-        let [a_re, a_im, b_re, b_im, step, n] = splat(simd, even);
+        let (c, step, n) = (Coefficients::splat(simd, even), simd.splat_f64s(even.step), simd.splat_f64s(even.n));
         for i in 0..W {
-            let (angular, s) = (&mut angular[i], &mut sums[i]);
-            let (pi, tau) = (angular.pi, angular.tau(simd, n));
-            s.s1_odd_re = simd.mul_add_e_f64s(a_re, pi, s.s1_odd_re);
-            s.s1_odd_im = simd.mul_add_e_f64s(a_im, pi, s.s1_odd_im);
-            s.s1_even_re = simd.mul_add_e_f64s(b_re, tau, s.s1_even_re);
-            s.s1_even_im = simd.mul_add_e_f64s(b_im, tau, s.s1_even_im);
-            s.s2_odd_re = simd.mul_add_e_f64s(b_re, pi, s.s2_odd_re);
-            s.s2_odd_im = simd.mul_add_e_f64s(b_im, pi, s.s2_odd_im);
-            s.s2_even_re = simd.mul_add_e_f64s(a_re, tau, s.s2_even_re);
-            s.s2_even_im = simd.mul_add_e_f64s(a_im, tau, s.s2_even_im);
-            angular.advance(simd, step);
+            let (pi, tau) = (angular[i].pi, angular[i].tau(simd, n));
+            sums[i].add_even(simd, &c, pi, tau);
+            angular[i].advance(simd, step);
         }
     }
     sums
 }
 
+/// The recurrence at order 1 for `W` vectors of folded angles.
 #[inline(always)]
-fn splat<S: Simd>(simd: S, o: &Order) -> [S::f64s; 6] {
-    [
-        simd.splat_f64s(o.a_re),
-        simd.splat_f64s(o.a_im),
-        simd.splat_f64s(o.b_re),
-        simd.splat_f64s(o.b_im),
-        simd.splat_f64s(o.step),
-        simd.splat_f64s(o.n),
-    ]
+pub(super) fn start<S: Simd, const W: usize>(simd: S, h: [S::f64s; W]) -> [Angular<S::f64s>; W] {
+    let mut angular = [Angular::new(simd, h[0]); W];
+    for i in 1..W {
+        angular[i] = Angular::new(simd, h[i]);
+    }
+    angular
+}
+
+/// The weighted coefficients of one order in every lane.
+struct Coefficients<V> {
+    a_re: V,
+    a_im: V,
+    b_re: V,
+    b_im: V,
+}
+
+impl<V: Copy> Coefficients<V> {
+    #[inline(always)]
+    fn splat<S: Simd<f64s = V>>(simd: S, order: &Order) -> Self {
+        Self {
+            a_re: simd.splat_f64s(order.a_re),
+            a_im: simd.splat_f64s(order.a_im),
+            b_re: simd.splat_f64s(order.b_re),
+            b_im: simd.splat_f64s(order.b_im),
+        }
+    }
+}
+
+/// pi and tau of one order at one vector of angles.
+#[derive(Clone, Copy)]
+pub(super) struct PiTau<V> {
+    pub pi: V,
+    pub tau: V,
+}
+
+/// Tabulates pi and tau: order by order, `stride` vectors each, of which `angular` are those from `from` on.
+#[inline(always)]
+pub(super) fn tabulate<S: Simd, const W: usize>(
+    simd: S,
+    orders: &[OrderPair],
+    angular: &mut [Angular<S::f64s>; W],
+    rows: &mut [PiTau<S::f64s>],
+    [stride, from]: [usize; 2],
+) {
+    let mut local = *angular;
+    for (order, row) in orders.as_flattened().iter().zip(rows.chunks_exact_mut(stride)) {
+        let (step, n) = (simd.splat_f64s(order.step), simd.splat_f64s(order.n));
+        for i in 0..W {
+            row[from + i] = PiTau { pi: local[i].pi, tau: local[i].tau(simd, n) };
+            local[i].advance(simd, step);
+        }
+    }
+    *angular = local;
+}
+
+/// Adds orders to the sums of `W` vectors of angles, with pi and tau from a table as [`tabulate`] makes it.
+#[inline(always)]
+pub(super) fn sum_tabulated<S: Simd, const W: usize>(
+    simd: S,
+    orders: &[OrderPair],
+    rows: &[PiTau<S::f64s>],
+    sums: &mut [Split<S::f64s>; W],
+    [stride, from]: [usize; 2],
+) {
+    let mut local = *sums;
+    for ([odd, even], row) in orders.iter().zip(rows.chunks_exact(2 * stride)) {
+        let c = Coefficients::splat(simd, odd);
+        for i in 0..W {
+            let PiTau { pi, tau } = row[from + i];
+            local[i].add_odd(simd, &c, pi, tau);
+        }
+        let c = Coefficients::splat(simd, even);
+        for i in 0..W {
+            let PiTau { pi, tau } = row[stride + from + i];
+            local[i].add_even(simd, &c, pi, tau);
+        }
+    }
+    *sums = local;
 }
 
 impl<V: Copy> Split<V> {
+    /// Sums of no orders.
+    #[inline(always)]
+    pub fn zero<S: Simd<f64s = V>>(simd: S) -> Self {
+        let zero = simd.splat_f64s(0.0);
+        Self {
+            s1_even_re: zero,
+            s1_even_im: zero,
+            s1_odd_re: zero,
+            s1_odd_im: zero,
+            s2_even_re: zero,
+            s2_even_im: zero,
+            s2_odd_re: zero,
+            s2_odd_im: zero,
+        }
+    }
+
+    /// Adds an odd order: pi keeps its sign at pi - theta, tau changes it, theory (18).
+    #[inline(always)]
+    fn add_odd<S: Simd<f64s = V>>(&mut self, simd: S, c: &Coefficients<V>, pi: V, tau: V) {
+        self.s1_even_re = simd.mul_add_e_f64s(c.a_re, pi, self.s1_even_re);
+        self.s1_even_im = simd.mul_add_e_f64s(c.a_im, pi, self.s1_even_im);
+        self.s1_odd_re = simd.mul_add_e_f64s(c.b_re, tau, self.s1_odd_re);
+        self.s1_odd_im = simd.mul_add_e_f64s(c.b_im, tau, self.s1_odd_im);
+        self.s2_even_re = simd.mul_add_e_f64s(c.b_re, pi, self.s2_even_re);
+        self.s2_even_im = simd.mul_add_e_f64s(c.b_im, pi, self.s2_even_im);
+        self.s2_odd_re = simd.mul_add_e_f64s(c.a_re, tau, self.s2_odd_re);
+        self.s2_odd_im = simd.mul_add_e_f64s(c.a_im, tau, self.s2_odd_im);
+    }
+
+    /// Adds an even order: pi changes its sign, tau keeps it.
+    #[inline(always)]
+    fn add_even<S: Simd<f64s = V>>(&mut self, simd: S, c: &Coefficients<V>, pi: V, tau: V) {
+        self.s1_odd_re = simd.mul_add_e_f64s(c.a_re, pi, self.s1_odd_re);
+        self.s1_odd_im = simd.mul_add_e_f64s(c.a_im, pi, self.s1_odd_im);
+        self.s1_even_re = simd.mul_add_e_f64s(c.b_re, tau, self.s1_even_re);
+        self.s1_even_im = simd.mul_add_e_f64s(c.b_im, tau, self.s1_even_im);
+        self.s2_odd_re = simd.mul_add_e_f64s(c.b_re, pi, self.s2_odd_re);
+        self.s2_odd_im = simd.mul_add_e_f64s(c.b_im, pi, self.s2_odd_im);
+        self.s2_even_re = simd.mul_add_e_f64s(c.a_re, tau, self.s2_even_re);
+        self.s2_even_im = simd.mul_add_e_f64s(c.a_im, tau, self.s2_even_im);
+    }
+
     /// [S1 re, S1 im, S2 re, S2 im] at the folded angle.
     #[inline(always)]
     pub fn forward<S: Simd<f64s = V>>(&self, simd: S) -> [V; 4] {

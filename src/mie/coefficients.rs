@@ -79,7 +79,9 @@ impl Sphere {
     pub fn new(x: f64, m: Complex64) -> Self {
         let one_minus_m2 = Complex64::new((1.0 - m.re) * (1.0 + m.re) + m.im * m.im, -2.0 * m.re * m.im);
         let inv_m = m.conj() / m.norm_sqr();
-        let k = one_minus_m2 * inv_m * inv_m;
+        // The product would lose |m|^2 ulps of Im(1/m^2), which is what a small metal sphere absorbs by.
+        let inv_m2 = inv_m * inv_m;
+        let k = Complex64::new((one_minus_m2 * inv_m2).re, inv_m2.im);
         Self { x, m, inv_m, one_minus_m2, k, near_one: one_minus_m2.norm_sqr() < NEAR_ONE * NEAR_ONE }
     }
 }

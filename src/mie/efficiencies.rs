@@ -5,6 +5,9 @@ use super::{
     coefficients::{BLOCK, Block, RAMP},
 };
 
+/// Sums of squares below this have lost digits to underflow (|m - 1| < 1e-140): such a sphere scatters nothing.
+const NOTHING: f64 = 1e-280;
+
 /// Running sums over n, theory (12)-(15), one accumulator per place in a block.
 #[derive(Clone, Debug)]
 pub(super) struct Sums {
@@ -30,8 +33,8 @@ impl Sums {
     #[inline(always)]
     pub fn add(&mut self, c: &Block) {
         let first = c.first as f64;
-        for i in 0..BLOCK {
-            let n = first + RAMP[i];
+        for (i, step) in RAMP.into_iter().enumerate() {
+            let n = first + step;
             let weight = 2.0 * n + 1.0;
             let ladder = 1.0 / (n * (n + 1.0));
             let next_a = c.a_re[i] * c.a_re[i + 1] + c.a_im[i] * c.a_im[i + 1];
@@ -54,8 +57,7 @@ impl Sums {
         let q_sca = 2.0 * inv_area * sca;
         let q_abs = 2.0 * inv_area * abs;
         let q_ext = q_sca + q_abs;
-        // An index of exactly 1 scatters nothing.
-        let g = if sca > 0.0 { 2.0 * total(&self.asymmetry) / sca } else { 0.0 };
+        let g = if sca > NOTHING { 2.0 * total(&self.asymmetry) / sca } else { 0.0 };
         let q_back = (back_re * back_re + back_im * back_im) * inv_area;
         Efficiencies { q_ext, q_sca, q_abs, q_back, q_pr: q_ext - g * q_sca, g, n_terms }
     }

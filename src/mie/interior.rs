@@ -53,11 +53,17 @@ impl RealInterior {
         (self.above, self.current) = (self.current, next);
         self.odd -= 2.0;
         if self.current.abs() > BIG {
-            self.current *= SCALE;
-            self.above *= SCALE;
+            (self.current, self.above) = (shrink(self.current), shrink(self.above));
         }
         (self.current, self.above)
     }
+}
+
+/// Rescales one number. Out of line: a branch that is never taken costs nothing, a select lengthens the chain.
+#[cold]
+#[inline(never)]
+fn shrink(value: f64) -> f64 {
+    value * SCALE
 }
 
 /// Downward recurrence of w_n for an absorbing sphere.
@@ -94,8 +100,9 @@ impl ComplexInterior {
         (self.above, self.current) = (self.current, next);
         self.odd -= 2.0;
         if self.current.re.abs() + self.current.im.abs() > BIG {
-            self.current *= SCALE;
-            self.above *= SCALE;
+            let parts = [self.current.re, self.current.im, self.above.re, self.above.im].map(shrink);
+            self.current = Complex64::new(parts[0], parts[1]);
+            self.above = Complex64::new(parts[2], parts[3]);
         }
         (self.current, self.above)
     }

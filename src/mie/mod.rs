@@ -1,4 +1,39 @@
 //! Lorenz-Mie theory of one homogeneous sphere: coefficients, efficiencies, amplitudes.
+//!
+//! ```
+//! use mie_cloud::mie::Series;
+//! use num_complex::Complex64;
+//!
+//! let drop = Series::new(10.0, Complex64::new(1.33, 1e-8))?;
+//! let q = drop.efficiencies();
+//! println!("Q_ext = {}, Q_sca = {}, g = {}", q.q_ext, q.q_sca, q.g);
+//!
+//! let theta_rad = [0.0, 1.0, 2.0];
+//! let mut intensity = [0.0; 3];
+//! drop.intensities(&theta_rad, &mut intensity)?;
+//! // A phase function that integrates to 1 over the sphere, sr^-1.
+//! let phase = intensity.map(|i| i / (std::f64::consts::PI * drop.x * drop.x * q.q_sca));
+//! assert!(phase[0] > phase[1]);
+//! # Ok::<(), mie_cloud::mie::MieError>(())
+//! ```
+//!
+//! # Conventions
+//!
+//! Those of Bohren & Huffman (1983): m = n + ik relative to the medium, k >= 0 absorbs, time factor exp(-i omega t);
+//! x = 2 pi r n_medium / lambda; S1 perpendicular and S2 parallel to the scattering plane (eq. 4.74); theta = 0 is
+//! forward. Angles are given as theta, not as its cosine, which cannot resolve the forward peak of a large sphere.
+//!
+//! # Method
+//!
+//! `docs/theory.md`, equations (1)-(19). The Riccati-Bessel functions outside and the wave inside are recurred
+//! without normalisation and combined as products: no division in any recurrence, no overflow, no expansion for
+//! small x, and at m -> 1 no difference of close numbers. A real index stays in real arithmetic.
+//! Angles share their recurrence with their mirror images and go through vector registers, chosen at run time.
+//!
+//! # Accuracy and domain
+//!
+//! [`domain`] has both as data. The time of a sphere grows like max(1, |m|) x: about 4 ns per order, 0.1 s at
+//! worst (x = 1e6, n = 20).
 
 use num_complex::Complex64;
 use thiserror::Error;
@@ -10,15 +45,15 @@ mod coefficients;
 pub mod domain;
 mod efficiencies;
 mod exterior;
+mod intensity;
 mod interior;
-mod scattering_matrix;
 mod solver;
 mod terms;
 mod waves;
 
-pub use amplitudes::IntensitySum;
+pub use amplitudes::ScatteringMatrix;
 pub use angles::Angles;
-pub use scattering_matrix::ScatteringMatrix;
+pub use intensity::IntensitySum;
 pub use solver::{Solver, efficiencies};
 
 /// The sphere is outside the domain of the theory as it is computed here.
@@ -50,9 +85,9 @@ pub struct Efficiencies {
     pub q_abs: f64,
     /// Radar backscattering efficiency, 4 |S1(180 deg)|^2 / x^2.
     pub q_back: f64,
-    /// Radiation pressure efficiency, q_ext - g q_sca.
+    /// Radiation pressure efficiency, q_ext - g q_sca; good to the rounding of q_ext, so not where g is close to 1.
     pub q_pr: f64,
-    /// Asymmetry parameter, the mean cosine of the scattering angle.
+    /// Asymmetry parameter, the mean cosine of the scattering angle; 0 where nothing is scattered (m = 1).
     pub g: f64,
     /// Number of partial waves that were summed.
     pub n_terms: usize,

@@ -1,7 +1,7 @@
 //! Solving spheres: the checked entry points and the scratch memory they share.
 
 use num_complex::Complex64;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{
     Efficiencies, MieError, Series,
@@ -42,15 +42,7 @@ impl Solver {
     /// [`MieError`] if `x` or `m` lies outside the domain.
     pub fn efficiencies(&mut self, x: f64, m: Complex64) -> Result<Efficiencies, MieError> {
         domain::check(x, m)?;
-        let waves = &mut self.waves;
-        Ok(Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut sums = Sums::new();
-                let n_terms = waves.visit_blocks(x, m, |block| sums.add(block));
-                sums.finish(x, n_terms)
-            },
-        ))
+        Ok(Arch::new().dispatch(Solve { waves: &mut self.waves, x, m, a: &mut [], b: &mut [] }))
     }
 
     /// Scattering coefficients of the sphere of size parameter `x` and relative index `m`.
@@ -59,28 +51,45 @@ impl Solver {
     /// [`MieError`] if `x` or `m` lies outside the domain.
     pub fn series(&mut self, x: f64, m: Complex64) -> Result<Series, MieError> {
         domain::check(x, m)?;
-        let waves = &mut self.waves;
         let zeros = vec![Complex64::default(); n_terms(x)];
         let (mut a, mut b) = (zeros.clone(), zeros);
-        let efficiencies = Arch::new().dispatch(
+        let efficiencies = Arch::new().dispatch(Solve { waves: &mut self.waves, x, m, a: &mut a, b: &mut b });
+        Ok(Series { x, m, a, b, efficiencies })
+    }
+}
+
+/// Solves a sphere; keeps the coefficients if `a` and `b` have room for them.
+struct Solve<'a> {
+    waves: &'a mut Waves,
+    x: f64,
+    m: Complex64,
+    a: &'a mut [Complex64],
+    b: &'a mut [Complex64],
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = Efficiencies;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Efficiencies {
+        let mut sums = Sums::new();
+        let n_terms = self.waves.visit_blocks(
+            self.x,
+            self.m,
             #[inline(always)]
-            || {
-                let mut sums = Sums::new();
-                let n_terms = waves.visit_blocks(x, m, |block| {
-                    sums.add(block);
-                    store(block, &mut a, &mut b);
-                });
-                sums.finish(x, n_terms)
+            |block| {
+                sums.add(block);
+                store(block, self.a, self.b);
             },
         );
-        Ok(Series { x, m, a, b, efficiencies })
+        sums.finish(self.x, n_terms)
     }
 }
 
 /// Writes those orders of a block that the series keeps.
 #[inline(always)]
 fn store(block: &Block, a: &mut [Complex64], b: &mut [Complex64]) {
-    let from = block.first - 1;
+    let from = (block.first - 1).min(a.len());
     let to = a.len().min(from + BLOCK);
     for (i, (a, b)) in a[from..to].iter_mut().zip(&mut b[from..to]).enumerate() {
         *a = Complex64::new(block.a_re[i], block.a_im[i]);

@@ -109,11 +109,17 @@ impl Waves {
         let (w0, w1) = (lend(&mut self.w0_re, last + 1), lend(&mut self.w1_re, last + 1));
         let mut rows = w0.iter_mut().zip(w1).rev();
         let mut interior = RealInterior::new(sphere.m.re * sphere.x, last);
-        fill_exterior(sphere.x, psi, chi, || {
-            if let Some((w0, w1)) = rows.next() {
-                (*w0, *w1) = interior.step();
-            }
-        });
+        fill_exterior(
+            sphere.x,
+            psi,
+            chi,
+            #[inline(always)]
+            || {
+                if let Some((w0, w1)) = rows.next() {
+                    (*w0, *w1) = interior.step();
+                }
+            },
+        );
     }
 
     #[inline(always)]
@@ -123,18 +129,26 @@ impl Waves {
         let (w1_re, w1_im) = (lend(&mut self.w1_re, last + 1), lend(&mut self.w1_im, last + 1));
         let mut rows = w0_re.iter_mut().zip(w0_im).zip(w1_re.iter_mut().zip(w1_im)).rev();
         let mut interior = ComplexInterior::new(sphere.m * sphere.x, last);
-        fill_exterior(sphere.x, psi, chi, || {
-            if let Some(((w0_re, w0_im), (w1_re, w1_im))) = rows.next() {
-                let (w0, w1) = interior.step();
-                (*w0_re, *w0_im, *w1_re, *w1_im) = (w0.re, w0.im, w1.re, w1.im);
-            }
-        });
+        fill_exterior(
+            sphere.x,
+            psi,
+            chi,
+            #[inline(always)]
+            || {
+                if let Some(((w0_re, w0_im), (w1_re, w1_im))) = rows.next() {
+                    let (w0, w1) = interior.step();
+                    (*w0_re, *w0_im, *w1_re, *w1_im) = (w0.re, w0.im, w1.re, w1.im);
+                }
+            },
+        );
     }
 
     /// p_b by its own downward recurrence, theory (10): no difference of close numbers at m -> 1.
     fn sum_real(&mut self, sphere: &Sphere, last: usize) {
         let pb = lend(&mut self.pb_re, last + 1);
-        let (m, inv_m, one_minus_m2) = (sphere.m.re, sphere.inv_m.re, sphere.one_minus_m2.re);
+        let (m, one_minus_m2) = (sphere.m.re, sphere.one_minus_m2.re);
+        // Factors 1/m and m as 1 + shift: a rounded factor would add up over n_terms orders.
+        let shift = if m >= 1.0 { (1.0 - m) / m } else { m - 1.0 };
         let (mut p, mut w0_above) = (0.0, 0.0);
         for n in (1..=last).rev() {
             let (w0, w1) = (self.w0_re[n], self.w1_re[n]);
@@ -143,9 +157,10 @@ impl Waves {
                 p *= w1 / w0_above;
             }
             p = if m >= 1.0 {
-                (p + one_minus_m2 * w1 * self.psi[n]) * inv_m
+                let sum = p + one_minus_m2 * w1 * self.psi[n];
+                sum + sum * shift
             } else {
-                p * m + one_minus_m2 * w0 * self.psi[n + 1]
+                p + (p * shift + one_minus_m2 * w0 * self.psi[n + 1])
             };
             pb[n] = p;
             w0_above = w0;
@@ -156,6 +171,7 @@ impl Waves {
     fn sum_complex(&mut self, sphere: &Sphere, last: usize) {
         let (pb_re, pb_im) = (lend(&mut self.pb_re, last + 1), lend(&mut self.pb_im, last + 1));
         let outside = sphere.m.norm_sqr() >= 1.0;
+        let shift = if outside { (1.0 - sphere.m) * sphere.inv_m } else { sphere.m - 1.0 };
         let (mut p, mut above) = (Complex64::default(), Complex64::default());
         for n in (1..=last).rev() {
             let w0 = Complex64::new(self.w0_re[n], self.w0_im[n]);
@@ -165,9 +181,10 @@ impl Waves {
                 p *= scale;
             }
             p = if outside {
-                (p + sphere.one_minus_m2 * w1 * self.psi[n]) * sphere.inv_m
+                let sum = p + sphere.one_minus_m2 * w1 * self.psi[n];
+                sum + sum * shift
             } else {
-                p * sphere.m + sphere.one_minus_m2 * w0 * self.psi[n + 1]
+                p + (p * shift + sphere.one_minus_m2 * w0 * self.psi[n + 1])
             };
             (pb_re[n], pb_im[n]) = (p.re, p.im);
             above = w0;

@@ -19,8 +19,12 @@ use super::tables::OpticsError;
 use crate::mie::MieError;
 use crate::spectrum::observer::{VISIBLE_MAX_NM, VISIBLE_MIN_NM};
 
-/// Wavelengths at which the largest extinction is looked for: every 12.5 nm of the visible range.
-const Q_MAX_WAVELENGTHS: usize = 33;
+/// Wavelengths at which the largest extinction is looked for: every 12.5 nm of the visible range for distributions,
+/// which are smooth, and every 3.1 nm for a single radius, which has ripples.
+const Q_MAX_WAVELENGTHS: [usize; 2] = [33, 129];
+
+/// Above the cap Q_ext is 2 + 2 x^(-2/3) (van de Hulst 1957), 2.003 at most, and its ripple smaller still.
+const Q_MAX_WAVELENGTHS_ABOVE_CAP: usize = 3;
 
 /// Radii for that search: the largest of 33 values needs no more than a percent.
 const Q_MAX_ACCURACY: AverageAccuracy =
@@ -47,7 +51,10 @@ pub struct BinOptics {
 
 /// One bin, ready to be computed at any wavelength.
 pub(super) struct BinJob<'a> {
-    pub bin: &'a SizeBin,
+    /// The bin; its sizes divided by `enlarged`.
+    pub bin: SizeBin,
+    /// Above 1 for droplets larger than the Mie series reaches: their efficiencies are those of smaller ones.
+    pub enlarged: f64,
     pub class: &'a DropletClass,
     pub law: SizeLaw,
     /// The class's phase function where it was read from a file.
@@ -143,16 +150,17 @@ impl BinJob<'_> {
     }
 
     fn finish(&self, cross_sections: &CrossSections, phase: Arc<PhaseFunction>) -> BinOptics {
-        let c_ext_m2 = cross_sections.c_ext_m2;
+        let area = self.enlarged * self.enlarged;
+        let c_ext_m2 = area * cross_sections.c_ext_m2;
         let c_sca_m2 = match self.class.albedo {
             Some(albedo) => albedo * c_ext_m2,
-            None => cross_sections.c_sca_m2.min(c_ext_m2),
+            None => (area * cross_sections.c_sca_m2).min(c_ext_m2),
         };
         BinOptics {
             c_ext_m2,
             c_sca_m2,
-            q_ext: c_ext_m2 / cross_sections.area_m2,
-            q_sca: c_sca_m2 / cross_sections.area_m2,
+            q_ext: c_ext_m2 / (area * cross_sections.area_m2),
+            q_sca: c_sca_m2 / (area * cross_sections.area_m2),
             g: cross_sections.g,
             albedo: if c_ext_m2 > 0.0 { c_sca_m2 / c_ext_m2 } else { 0.0 },
             phase,
@@ -161,8 +169,14 @@ impl BinJob<'_> {
 
     /// The largest extinction efficiency over 380-780 nm, as far as the material's data reach.
     pub fn visible_q_max(&self) -> Result<f64, OpticsError> {
-        let step_nm = (VISIBLE_MAX_NM - VISIBLE_MIN_NM) / (Q_MAX_WAVELENGTHS - 1) as f64;
-        let visible = (0..Q_MAX_WAVELENGTHS).map(|i| (VISIBLE_MIN_NM + step_nm * i as f64) * 1e-9);
+        let least_x = 2.0 * PI * self.bin.distribution.r_min_m / (VISIBLE_MAX_NM * 1e-9);
+        let count = if least_x > self.size_parameter_cap {
+            Q_MAX_WAVELENGTHS_ABOVE_CAP
+        } else {
+            Q_MAX_WAVELENGTHS[usize::from(self.law.mono_radius().is_some())]
+        };
+        let step_nm = (VISIBLE_MAX_NM - VISIBLE_MIN_NM) / (count - 1) as f64;
+        let visible = (0..count).map(|i| (VISIBLE_MIN_NM + step_nm * i as f64) * 1e-9);
         let mut largest = 0.0f64;
         for wavelength_m in visible {
             if let Ok(m) = self.class.material.index(wavelength_m) {

@@ -49,6 +49,16 @@ pub struct SizeBin {
     pub distribution: SizeDistribution,
 }
 
+impl SizeBin {
+    /// Whether the bin is one slice of the sizes of a scene.
+    pub(super) fn is_slice(&self) -> bool {
+        matches!(&self.distribution.shape, Shape::Table { name, .. } if name == SLICE_NAME)
+    }
+}
+
+/// Name of the distributions that are slices of a scene's own sizes.
+const SLICE_NAME: &str = "sizes of the scene";
+
 /// The bins of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BinPlan {
@@ -224,7 +234,7 @@ impl Tally {
         r_m.push(edge(last + 1));
         dn_dr.push(density(&last));
         let (r_min_m, r_max_m) = (r_m[0], r_m[r_m.len() - 1]);
-        let shape = Shape::Table { name: "scene".into(), r_m: Arc::from(r_m), dn_dr: Arc::from(dn_dr) };
+        let shape = Shape::Table { name: SLICE_NAME.into(), r_m: Arc::from(r_m), dn_dr: Arc::from(dn_dr) };
         SizeDistribution { shape, r_min_m, r_max_m }
     }
 }

@@ -70,6 +70,22 @@ impl SizeDistribution {
         parse_distribution(text, read)
     }
 
+    /// The same distribution of radii that are smaller by a factor.
+    pub(super) fn divided_by(&self, factor: f64) -> Self {
+        let shape = match &self.shape {
+            Shape::Mono { r_m } => Shape::Mono { r_m: r_m / factor },
+            Shape::Gamma { reff_m, veff } => Shape::Gamma { reff_m: reff_m / factor, veff: *veff },
+            Shape::ModifiedGamma { alpha, gamma, rc_m } => {
+                Shape::ModifiedGamma { alpha: *alpha, gamma: *gamma, rc_m: rc_m / factor }
+            }
+            Shape::LogNormal { rg_m, sigma } => Shape::LogNormal { rg_m: rg_m / factor, sigma: *sigma },
+            Shape::Table { name, r_m, dn_dr } => {
+                Shape::Table { name: name.clone(), r_m: r_m.iter().map(|r| r / factor).collect(), dn_dr: dn_dr.clone() }
+            }
+        };
+        Self { shape, r_min_m: self.r_min_m / factor, r_max_m: self.r_max_m / factor }
+    }
+
     /// The distribution made ready for densities, moments and quantiles.
     pub fn law(&self) -> SizeLaw {
         SizeLaw::new(self)

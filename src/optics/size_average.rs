@@ -38,14 +38,20 @@ pub struct AverageAccuracy {
 impl Default for AverageAccuracy {
     /// The accuracy of published numbers: C_ext and g to better than 1e-3 (hazes 1e-4), p to 1e-2 at the worst angle.
     fn default() -> Self {
-        Self { size_tolerance: 2e-4, angle_tolerance: 1e-3, max_radii: 4096, max_terms: 1e8 }
+        Self { size_tolerance: 2e-4, angle_tolerance: 1e-3, max_radii: 4096, max_terms: 8e6 }
     }
 }
 
 impl AverageAccuracy {
     /// The accuracy of pictures: far below their noise; a fog at eight wavelengths takes a fraction of a second.
     pub fn picture() -> Self {
-        Self { size_tolerance: 2e-3, angle_tolerance: 2e-3, max_radii: 1024, max_terms: 2e6 }
+        Self { size_tolerance: 2e-3, angle_tolerance: 2e-3, max_radii: 1024, max_terms: 1e6 }
+    }
+
+    /// The same for one of several bins that a scene's sizes are divided into: the noise of their resonances averages
+    /// out over the bins as it does over radii, so they share the radii, with at least 128 each.
+    pub fn shared_by(self, bins: usize) -> Self {
+        Self { max_radii: (self.max_radii / bins.max(1)).max(LEAST_SHARED_RADII).min(self.max_radii), ..self }
     }
 
     /// Radii that the partial waves allow for a mean size parameter, at least 64.
@@ -100,12 +106,14 @@ impl Change {
 /// The first set of radii.
 const FIRST_RADII: usize = 64;
 
+/// Least radii of a bin that shares them: across 10 % of x = 100 they are 0.08 apart, a tenth of the ripples' period.
+const LEAST_SHARED_RADII: usize = 128;
+
 /// Fewer radii than this do not wash out each other's fringes.
 const FEW_RADII: usize = 16;
 
-/// Partial waves times angles that a phase table may cost: about two seconds on one core (0.25 ns each, both hemispheres
-/// at once).
-const TABLE_BUDGET: f64 = 6e9;
+/// Partial waves times angles that a phase table may cost: about a second on one core (0.25 ns each).
+const TABLE_BUDGET: f64 = 3e9;
 
 /// Nodes that every table may have, whatever they cost.
 const ALWAYS_NODES: usize = 512;

@@ -158,8 +158,8 @@ impl Cubic {
         let [a, b, c, d] = self.0;
         let (mut lower, mut upper) = (0.0, 1.0);
         let mut s = ((y - a) / (b + c + d)).clamp(0.0, 1.0);
-        // Newton doubles the digits at each step and bisection adds one: 60 steps end at rounding in any case.
-        for _ in 0..60 {
+        // Newton doubles the digits at each step and bisection adds one: 50 steps end at rounding in any case.
+        for _ in 0..50 {
             let excess = a + s * (b + s * (c + s * d)) - y;
             if excess > 0.0 {
                 upper = s
@@ -168,10 +168,12 @@ impl Cubic {
             }
             let step = s - excess / (b + s * (2.0 * c + 3.0 * s * d));
             let next = if step > lower && step < upper { step } else { 0.5 * (lower + upper) };
-            if (next - s).abs() <= 1e-15 {
+            let change = (next - s).abs();
+            s = next;
+            // The next Newton step would be the square of this one.
+            if change <= 1e-7 && step == next {
                 break;
             }
-            s = next;
         }
         if s.is_nan() { 0.5 } else { s }
     }

@@ -19,6 +19,7 @@ use super::phase_model::PhaseModel;
 use super::phase_table::PhaseTable;
 use super::size_average::AverageAccuracy;
 use crate::mie::MieError;
+use crate::spectrum::observer::VISIBLE_MIN_NM;
 use crate::warning::Warning;
 
 /// Tables could not be made.
@@ -29,7 +30,9 @@ pub enum OpticsError {
     #[error(transparent)]
     Material(#[from] MaterialError),
     /// A droplet is outside the domain of the Mie series.
-    #[error("droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius or the wavelength")]
+    #[error(
+        "droplets `{sizes}` at {wavelength_nm} nm: {reason}; change their radius (rmax of a distribution) or the wavelength"
+    )]
     Mie { sizes: String, wavelength_nm: f64, reason: MieError },
     /// The fitted phase function does not reach these droplets.
     #[error(
@@ -90,7 +93,7 @@ impl OpticalTables {
     pub fn build(plan: &BinPlan, classes: &[DropletClass], settings: &TableSettings) -> Result<Self, OpticsError> {
         let shared = SharedPhases::new(plan, classes, settings)?;
         let jobs: Vec<BinJob> =
-            plan.bins.iter().map(|bin| job(bin, classes, settings, &shared)).collect::<Result<_, _>>()?;
+            plan.bins.iter().map(|bin| job(bin, plan, classes, settings, &shared)).collect::<Result<_, _>>()?;
         let cache = settings.cache.map(TableCache::new);
         let pairs: Vec<(usize, usize)> =
             (0..jobs.len()).flat_map(|bin| (0..settings.wavelengths_m.len()).map(move |w| (bin, w))).collect();
@@ -105,8 +108,8 @@ impl OpticalTables {
             let optics: Vec<BinOptics> = optics.by_ref().take(settings.wavelengths_m.len()).collect();
             bins.push(BinTables {
                 q_max: optics.iter().map(|optics| optics.q_ext).fold(visible_q_max, f64::max),
-                mean_area_m2: job.law.mean_area_m2(),
-                mean_volume_m3: job.law.mean_volume_m3(),
+                mean_area_m2: job.enlarged.powi(2) * job.law.mean_area_m2(),
+                mean_volume_m3: job.enlarged.powi(3) * job.law.mean_volume_m3(),
                 optics,
             });
         }
@@ -129,20 +132,41 @@ impl OpticalTables {
     }
 }
 
+/// Largest radius that the Mie series reaches at a wavelength, x = 1e6, with a margin for rounding.
+fn largest_radius_m(wavelength_m: f64) -> f64 {
+    0.999 * 1e6 * wavelength_m / (2.0 * std::f64::consts::PI)
+}
+
+/// The bin with radii that the Mie series reaches at all wavelengths, and the factor by which they were divided.
+fn within_reach(bin: &SizeBin, wavelengths_m: &[f64]) -> (SizeBin, f64) {
+    let shortest_m = wavelengths_m.iter().copied().fold(VISIBLE_MIN_NM * 1e-9, f64::min);
+    let enlarged = (bin.distribution.r_max_m / largest_radius_m(shortest_m)).max(1.0);
+    if enlarged == 1.0 {
+        return (bin.clone(), 1.0);
+    }
+    (SizeBin { class: bin.class, distribution: bin.distribution.divided_by(enlarged) }, enlarged)
+}
+
 fn job<'a>(
-    bin: &'a SizeBin,
+    bin: &SizeBin,
+    plan: &BinPlan,
     classes: &'a [DropletClass],
     settings: &TableSettings,
     shared: &SharedPhases,
 ) -> Result<BinJob<'a>, OpticsError> {
     let class = find_class(bin, classes)?;
+    let sharing = plan.bins.iter().filter(|other| other.class == bin.class && other.is_slice()).count();
+    let table = shared.files[usize::from(bin.class)].clone();
+    let accuracy = if bin.is_slice() { settings.accuracy.shared_by(sharing) } else { settings.accuracy };
+    let (bin, enlarged) = within_reach(bin, settings.wavelengths_m);
     Ok(BinJob {
-        bin,
-        class,
         law: bin.distribution.law(),
-        table: shared.files[usize::from(bin.class)].clone(),
+        bin,
+        enlarged,
+        class,
+        table,
         size_parameter_cap: settings.size_parameter_cap,
-        accuracy: settings.accuracy,
+        accuracy,
     })
 }
 

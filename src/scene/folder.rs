@@ -91,21 +91,42 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, Refusal> {
     if path.starts_with(&folder) { Ok(path) } else { Err(refusal("is a link that leaves the scene's folder")) }
 }
 
-/// Reads a regular file whose size has been checked first; a file that grows meanwhile is cut at the limit.
+/// Reads a regular file whose size has been checked first; a file that grows meanwhile is cut at its size.
+///
+/// # Errors
+/// When it cannot be read, is no regular file or is larger.
 pub fn read_file(path: &Path, limit_bytes: u64) -> Result<Vec<u8>, Refusal> {
-    let unreadable = |e: std::io::Error| refusal(format!("cannot be read ({e})"));
-    let mut file = File::open(path).map_err(unreadable)?;
+    let (file, size_bytes) = open_regular(path)?;
+    if size_bytes > limit_bytes {
+        return Err(refusal(format!("has {size_bytes} bytes; at most {limit_bytes} are read")));
+    }
+    take(file, size_bytes)
+}
+
+/// Reads the first `at_most_bytes` of a regular file, or all of it if it is shorter.
+///
+/// # Errors
+/// When it cannot be read or is no regular file.
+pub fn read_start(path: &Path, at_most_bytes: u64) -> Result<Vec<u8>, Refusal> {
+    let (file, size_bytes) = open_regular(path)?;
+    take(file, size_bytes.min(at_most_bytes))
+}
+
+fn unreadable(e: std::io::Error) -> Refusal {
+    refusal(format!("cannot be read ({e})"))
+}
+
+fn open_regular(path: &Path) -> Result<(File, u64), Refusal> {
+    let file = File::open(path).map_err(unreadable)?;
     let info = file.metadata().map_err(unreadable)?;
-    if !info.is_file() {
-        return Err(refusal("is not a regular file"));
-    }
-    if info.len() > limit_bytes {
-        return Err(refusal(format!("has {} bytes; at most {limit_bytes} are read", info.len())));
-    }
+    if info.is_file() { Ok((file, info.len())) } else { Err(refusal("is not a regular file")) }
+}
+
+fn take(file: File, size_bytes: u64) -> Result<Vec<u8>, Refusal> {
     let mut bytes = Vec::new();
-    let size = usize::try_from(info.len()).unwrap_or(usize::MAX);
+    let size = usize::try_from(size_bytes).unwrap_or(usize::MAX);
     bytes.try_reserve_exact(size).map_err(|_| refusal("does not fit into memory"))?;
-    Read::by_ref(&mut file).take(info.len()).read_to_end(&mut bytes).map_err(unreadable)?;
+    file.take(size_bytes).read_to_end(&mut bytes).map_err(unreadable)?;
     Ok(bytes)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::{SceneError, SceneFault, SceneResult};
 use super::folder::{Folder, read_file};
 use super::frame_cloud::{default_sun, framing_camera};
-use super::gltf::{self, Parts};
+use super::gltf::{Parts, read};
 use super::hash::content_hash;
 use super::model::Scene;
 use super::settings::Settings;
@@ -54,7 +54,7 @@ fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
     }
     let file = read_file(path, u64::MAX)
         .map_err(|refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem))))?;
-    let parts = gltf::read(&file, &Folder::of_scene(path), options)?;
+    let parts = read(&file, &Folder::of_scene(path), options)?;
     drop(file);
     let name = path.display().to_string();
     complete(name, parts)

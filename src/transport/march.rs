@@ -3,7 +3,6 @@
 //! Steps are equal and at most `step_m` long; the sample lies at random in each, so a coarse step is noise and never a
 //! bias.
 
-use super::direct::sunlit;
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
 use crate::accel::LocalRay;
@@ -24,18 +23,20 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
 fn add_sample(ctx: &RenderContext, ray: &LocalRay, t_m: f64, scattered: f64, scratch: &mut Scratch) {
     let air = &ctx.lighting.air;
     let point = ray.origin + t_m * ray.direction;
-    let Scratch { transmittance, camera_transmittance, crossings, airlight, rays, .. } = scratch;
-    let seen = camera_transmittance.past(ctx.media, crossings, t_m);
-    if seen.iter().all(|seen| *seen <= 0.0) {
+    let Scratch { camera_depth, crossings, weight, .. } = scratch;
+    for (seen, depth) in weight.iter_mut().zip(camera_depth.past(ctx.media, crossings, t_m)) {
+        *seen = scattered * (-depth).exp();
+    }
+    if weight.iter().all(|seen| *seen <= 0.0) {
         return;
     }
     for sun in &ctx.lighting.suns {
         let h = 0.5 * (sun.direction + ray.direction).length_squared();
         let sun_ray = LocalRay { origin: point, direction: -sun.direction };
-        let lit = sunlit(ctx, &sun_ray, transmittance, rays);
+        scratch.light_sun(ctx, &sun_ray);
+        let Scratch { airlight, weight, sunlit, .. } = scratch;
         for w in 0..airlight.len() {
-            let passed = scattered * seen[w] * lit.map_or(1.0, |lit| lit[w]);
-            airlight[w] += passed * air.phase[w].eval(h) * sun.irradiance[w];
+            airlight[w] += weight[w] * sunlit[w] * air.phase[w].eval(h) * sun.irradiance[w];
         }
     }
 }

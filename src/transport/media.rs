@@ -16,18 +16,15 @@ pub enum Absorption {
 
 /// Optical numbers of every size bin at every rendered wavelength.
 pub struct Media {
+    n_bins: usize,
     n_wavelengths: usize,
     /// Extinction cross sections, m^2.
     c_ext_m2: Vec<f64>,
-    /// Probability that a droplet met on its disc acts.
-    event_probability: Vec<f64>,
+    /// Optical depth of a droplet's disc: -ln(1 - p), p the probability that a droplet met there acts.
+    disc_depth: Vec<f64>,
     /// Single-scattering albedo.
     albedo: Vec<f64>,
     phase: Vec<Arc<PhaseFunction>>,
-    /// Largest extinction cross section of each bin over the wavelengths, m^2.
-    max_c_ext_m2: Vec<f64>,
-    /// Largest event probability of each bin over the wavelengths.
-    max_event_probability: Vec<f64>,
     /// Disc radius of each bin's droplets over their drawn radius.
     disc_scale: Vec<f64>,
 }
@@ -43,16 +40,11 @@ impl Media {
         let rows = |f: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             (0..n_bins).flat_map(|bin| (0..n_wavelengths).map(move |w| f(bin, w))).collect()
         };
-        let c_ext_m2 = rows(&|bin, w| at(bin, w).c_ext_m2);
-        let event_probability = rows(&|bin, w| at(bin, w).q_ext / disc_area(bin));
-        let row_max =
-            |values: &[f64]| values.chunks(n_wavelengths).map(|row| row.iter().copied().fold(0.0, f64::max)).collect();
         Self {
             n_wavelengths,
-            max_c_ext_m2: row_max(&c_ext_m2),
-            max_event_probability: row_max(&event_probability),
-            c_ext_m2,
-            event_probability,
+            n_bins,
+            c_ext_m2: rows(&|bin, w| at(bin, w).c_ext_m2),
+            disc_depth: rows(&|bin, w| -(-(at(bin, w).q_ext / disc_area(bin)).min(1.0)).ln_1p()),
             albedo: rows(&|bin, w| match absorption {
                 Absorption::Simulated => at(bin, w).albedo,
                 Absorption::LeftOut => 1.0,
@@ -63,6 +55,11 @@ impl Media {
                 .collect(),
             disc_scale: (0..n_bins).map(|bin| disc_area(bin).sqrt()).collect(),
         }
+    }
+
+    /// Number of size bins.
+    pub fn n_bins(&self) -> usize {
+        self.n_bins
     }
 
     /// Number of wavelengths that travel together.
@@ -86,10 +83,10 @@ impl Media {
         self.row(&self.c_ext_m2, bin)
     }
 
-    /// Probabilities that one droplet acts where its disc is met, by wavelength.
+    /// Optical depths of the disc of one droplet, by wavelength; infinite where it always acts.
     #[inline]
-    pub fn event_probability(&self, bin: usize) -> &[f64] {
-        self.row(&self.event_probability, bin)
+    pub fn disc_depth(&self, bin: usize) -> &[f64] {
+        self.row(&self.disc_depth, bin)
     }
 
     /// Single-scattering albedos, by wavelength.
@@ -102,17 +99,5 @@ impl Media {
     #[inline]
     pub fn phase(&self, bin: usize) -> &[Arc<PhaseFunction>] {
         self.row(&self.phase, bin)
-    }
-
-    /// Largest extinction cross section over the wavelengths, m^2.
-    #[inline]
-    pub fn max_c_ext_m2(&self, bin: usize) -> f64 {
-        self.max_c_ext_m2[bin]
-    }
-
-    /// Largest probability over the wavelengths that one droplet acts.
-    #[inline]
-    pub fn max_event_probability(&self, bin: usize) -> f64 {
-        self.max_event_probability[bin]
     }
 }

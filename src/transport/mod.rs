@@ -1,8 +1,8 @@
 //! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
 
 mod camera;
+mod collision;
 mod direct;
-mod flight;
 mod lighting;
 mod march;
 mod media;

@@ -160,12 +160,12 @@ fn build_tables(
 }
 
 fn table_settings<'a>(accuracy: &Accuracy, wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSettings<'a> {
-    let default = AverageAccuracy::default();
-    let angle_tolerance = accuracy.angle_tolerance.unwrap_or(default.angle_tolerance);
+    let asked = accuracy.target.map_or_else(AverageAccuracy::picture, AverageAccuracy::for_target);
+    let angle_tolerance = accuracy.angle_tolerance.unwrap_or(asked.angle_tolerance);
     TableSettings {
         wavelengths_m,
         size_parameter_cap: accuracy.size_parameter_cap,
-        accuracy: AverageAccuracy { angle_tolerance, ..default },
+        accuracy: AverageAccuracy { angle_tolerance, ..asked },
         cache,
     }
 }

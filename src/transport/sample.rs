@@ -1,14 +1,15 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
 use super::camera::camera_ray;
+use super::collision::Stretch;
 use super::direct::add_direct;
 use super::lighting::Lighting;
 use super::march::add_airlight;
 use super::media::Media;
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
-use super::transmittance::Transmittance;
-use crate::accel::{Accel, Body, Crossing};
+use super::transmittance::OpticalDepth;
+use crate::accel::{Accel, Body, Crossing, LocalRay};
 use crate::film::{Layer, Sample};
 use crate::plan::Switches;
 use crate::scene::model::Camera;
@@ -33,36 +34,61 @@ pub struct RenderContext<'a> {
 /// Buffers of one thread, reused from path to path.
 pub(super) struct Scratch {
     pub weight: Vec<f64>,
-    pub share: Vec<f64>,
+    pub sigma: Vec<f64>,
+    /// Size bins that act at a place, with droplets per cubic metre.
+    pub acting: Vec<(u32, f64)>,
+    pub stretches: Vec<Stretch>,
+    /// Optical depth of the whole camera ray.
+    pub total_depth: Vec<f64>,
+    /// Transmittance toward the sun that was asked last.
+    pub sunlit: Vec<f64>,
     pub direct: Vec<f64>,
     pub airlight: Vec<f64>,
     pub background: Vec<f64>,
     /// The layers' sum by wavelength.
     pub spectrum: Vec<f64>,
     pub crossings: Vec<(Body, Crossing)>,
-    pub transmittance: Transmittance,
-    pub camera_transmittance: Transmittance,
+    pub sun_depth: OpticalDepth,
+    pub camera_depth: OpticalDepth,
     pub depth_sum: f64,
     pub depth_weight: f64,
     pub rays: RayCounts,
 }
 
 impl Scratch {
-    pub fn new(n_wavelengths: usize) -> Self {
+    pub fn new(media: &Media) -> Self {
+        let n_wavelengths = media.n_wavelengths();
         let zeros = || vec![0.0; n_wavelengths];
         Self {
             weight: zeros(),
-            share: zeros(),
+            sigma: zeros(),
+            acting: Vec::new(),
+            stretches: Vec::new(),
+            total_depth: zeros(),
+            sunlit: zeros(),
             direct: zeros(),
             airlight: zeros(),
             background: zeros(),
             spectrum: zeros(),
             crossings: Vec::new(),
-            transmittance: Transmittance::new(n_wavelengths),
-            camera_transmittance: Transmittance::new(n_wavelengths),
+            sun_depth: OpticalDepth::new(media),
+            camera_depth: OpticalDepth::new(media),
             depth_sum: 0.0,
             depth_weight: 0.0,
             rays: RayCounts::default(),
+        }
+    }
+
+    /// Fills `sunlit` with the transmittance toward a sun: 1 where droplets cast no shadows.
+    pub fn light_sun(&mut self, ctx: &RenderContext, sun_ray: &LocalRay) {
+        if !ctx.switches.shadows {
+            self.sunlit.fill(1.0);
+            return;
+        }
+        self.rays.shadow += 1;
+        let depth = self.sun_depth.along(ctx.accel, ctx.media, sun_ray, f64::INFINITY);
+        for (lit, depth) in self.sunlit.iter_mut().zip(depth) {
+            *lit = (-depth).exp();
         }
     }
 
@@ -95,8 +121,9 @@ pub(super) fn take_sample(
     let ray = ctx.accel.local_ray(camera_ray.origin_m, camera_ray.direction);
     scratch.rays.camera += 1;
     // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
-    let Scratch { crossings, .. } = scratch;
+    let Scratch { crossings, camera_depth, total_depth, .. } = scratch;
     ctx.accel.all(&ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
+    total_depth.copy_from_slice(camera_depth.past(ctx.media, crossings, f64::INFINITY));
     if ctx.switches.direct && !scratch.crossings.is_empty() {
         add_direct(ctx, &ray, random, scratch);
     }
@@ -109,8 +136,10 @@ pub(super) fn take_sample(
 /// Adds the background and turns wavelengths into channels.
 fn finish(ctx: &RenderContext, scratch: &mut Scratch) -> Sample {
     let lighting = ctx.lighting;
-    let Scratch { camera_transmittance, crossings, background, .. } = scratch;
-    let droplets = camera_transmittance.past(ctx.media, crossings, f64::INFINITY);
+    let Scratch { total_depth, background, .. } = scratch;
+    // From here on, depth has become transmittance.
+    total_depth.iter_mut().for_each(|depth| *depth = (-*depth).exp());
+    let droplets = &total_depth[..];
     let air = if ctx.switches.air { lighting.air.transmittance(f64::INFINITY) } else { 1.0 };
     let mut passed_luminance = 0.0;
     let mut transmittance = [0.0; 3];

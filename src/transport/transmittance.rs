@@ -3,68 +3,81 @@
 use super::media::Media;
 use crate::accel::{Accel, Body, BodyKind, Crossing, LocalRay};
 
-/// Transmittance by wavelength, gathered body by body.
+/// Optical depth by wavelength, gathered body by body.
+///
+/// Bodies of one size bin act alike at every wavelength, so what is summed first is a column per bin.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Transmittance {
-    /// Optical depth of fog.
+pub(super) struct OpticalDepth {
+    columns: Vec<Column>,
+    /// Bins with something in their column.
+    touched: Vec<u32>,
     depth: Vec<f64>,
-    /// Product of what single droplets let through.
-    discs: Vec<f64>,
-    /// The result.
-    value: Vec<f64>,
 }
 
-impl Transmittance {
-    pub fn new(n_wavelengths: usize) -> Self {
-        Self { depth: vec![0.0; n_wavelengths], discs: vec![1.0; n_wavelengths], value: vec![1.0; n_wavelengths] }
-    }
+/// What a ray has met of one size bin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Column {
+    /// Droplets per square metre, in fog.
+    fog_per_m2: f64,
+    /// Discs of single droplets.
+    discs: f64,
+}
 
-    /// The transmittance of the ray from distance 0 to `to`, m.
-    pub fn along(&mut self, accel: &Accel, media: &Media, ray: &LocalRay, to: f64) -> &[f64] {
-        self.clear();
-        accel.all(ray, 0.0, to, |body, crossing| self.add(media, body, crossing, to));
-        self.finish()
-    }
-
-    /// The transmittance from distance 0 to `to` past bodies that were found before.
-    pub fn past(&mut self, media: &Media, crossings: &[(Body, Crossing)], to: f64) -> &[f64] {
-        self.clear();
-        for (body, crossing) in crossings.iter().filter(|(_, crossing)| crossing.start() < to) {
-            self.add(media, body, *crossing, to);
+impl OpticalDepth {
+    pub fn new(media: &Media) -> Self {
+        Self {
+            columns: vec![Column::default(); media.n_bins()],
+            touched: Vec::new(),
+            depth: vec![0.0; media.n_wavelengths()],
         }
-        self.finish()
     }
 
-    fn clear(&mut self) {
-        self.depth.fill(0.0);
-        self.discs.fill(1.0);
+    /// Optical depth by wavelength of the ray from distance 0 to `to`, m.
+    pub fn along(&mut self, accel: &Accel, media: &Media, ray: &LocalRay, to: f64) -> &[f64] {
+        accel.all(ray, 0.0, to, |body, crossing| self.add(body, crossing, to));
+        self.finish(media)
+    }
+
+    /// Optical depth by wavelength from distance 0 up to `to`, past bodies that were found before. What is met exactly
+    /// at `to` does not count.
+    pub fn past(&mut self, media: &Media, crossings: &[(Body, Crossing)], to: f64) -> &[f64] {
+        for (body, crossing) in crossings.iter().filter(|(_, crossing)| crossing.start() < to) {
+            self.add(body, *crossing, to);
+        }
+        self.finish(media)
     }
 
     #[inline]
-    fn add(&mut self, media: &Media, body: &Body, crossing: Crossing, to: f64) {
+    fn add(&mut self, body: &Body, crossing: Crossing, to: f64) {
         let load = f64::from(body.load);
-        if body.kind() == BodyKind::Droplet {
-            for (passed, p) in self.discs.iter_mut().zip(media.event_probability(body.bin())) {
-                *passed *= miss_all(*p, load);
-            }
-        } else {
-            let droplets_per_m2 = load * (crossing.end().min(to) - crossing.start().max(0.0));
-            for (depth, c_ext_m2) in self.depth.iter_mut().zip(media.c_ext_m2(body.bin())) {
-                *depth += droplets_per_m2 * c_ext_m2;
+        let column = &mut self.columns[body.bin()];
+        if *column == Column::default() {
+            self.touched.push(body.bin() as u32);
+        }
+        match body.kind() {
+            BodyKind::Droplet => column.discs += load,
+            BodyKind::Ball | BodyKind::Box => {
+                column.fog_per_m2 += load * (crossing.end().min(to) - crossing.start().max(0.0));
             }
         }
     }
 
-    fn finish(&mut self) -> &[f64] {
-        for ((value, depth), discs) in self.value.iter_mut().zip(&self.depth).zip(&self.discs) {
-            *value = discs * (-depth).exp();
+    /// Turns columns into depths and empties them.
+    fn finish(&mut self, media: &Media) -> &[f64] {
+        self.depth.fill(0.0);
+        for bin in self.touched.drain(..) {
+            let column = std::mem::take(&mut self.columns[bin as usize]);
+            if column.fog_per_m2 > 0.0 {
+                for (depth, c_ext_m2) in self.depth.iter_mut().zip(media.c_ext_m2(bin as usize)) {
+                    *depth += column.fog_per_m2 * c_ext_m2;
+                }
+            }
+            if column.discs > 0.0 {
+                for (depth, disc) in self.depth.iter_mut().zip(media.disc_depth(bin as usize)) {
+                    *depth += column.discs * disc;
+                }
+            }
         }
-        &self.value
+        &self.depth
     }
-}
-
-/// Probability that none of `n` coincident droplets acts, each with probability `p`.
-#[inline]
-pub(super) fn miss_all(p: f64, n: f64) -> f64 {
-    if n == 1.0 { 1.0 - p } else { (1.0 - p).powf(n) }
 }

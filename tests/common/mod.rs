@@ -21,6 +21,7 @@ pub fn empty_scene() -> Scene {
     Scene {
         name: "test".into(),
         particles: Vec::new(),
+        fog_balls: Vec::new(),
         fog_boxes: Vec::new(),
         classes: vec![settings.droplets.class.clone()],
         camera: orthographic(DVec3::new(0.0, 0.0, 10.0), 1e-3),

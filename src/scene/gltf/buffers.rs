@@ -8,7 +8,7 @@ use std::rc::Rc;
 use super::document::{self, Buffer, BufferView, Document};
 use super::uri::{self, Target};
 use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
-use crate::scene::folder::{Folder, read_file};
+use crate::scene::folder::{Folder, read_start};
 
 /// All buffers of a file, loaded when they are first asked for.
 pub struct Buffers<'a> {
@@ -19,6 +19,7 @@ pub struct Buffers<'a> {
     /// Two buffers of one file share its bytes: memory stays bounded by the files' sizes.
     files: RefCell<HashMap<PathBuf, Rc<Vec<u8>>>>,
     read_bytes: Cell<u64>,
+    longest: OnceCell<u64>,
 }
 
 enum Bytes<'a> {
@@ -52,7 +53,15 @@ impl<'a> Buffers<'a> {
     pub fn new(document: &'a Document<'a>, chunk: Option<&'a [u8]>, folder: &'a Folder, file_bytes: u64) -> Self {
         let mut loaded = Vec::new();
         loaded.resize_with(document.buffers.len(), OnceCell::new);
-        Self { document, chunk, folder, loaded, files: RefCell::default(), read_bytes: Cell::new(file_bytes) }
+        Self {
+            document,
+            chunk,
+            folder,
+            loaded,
+            files: RefCell::default(),
+            read_bytes: Cell::new(file_bytes),
+            longest: OnceCell::new(),
+        }
     }
 
     /// How many bytes of files have been read, the scene's own included.
@@ -121,6 +130,13 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// The longest buffer that the file declares: of a longer file beside the scene no more is read.
+    fn longest_buffer(&self) -> u64 {
+        let length =
+            |index| self.document.buffers.get("buffers", index, "").map_or(0, |buffer: Buffer| buffer.byte_length);
+        *self.longest.get_or_init(|| (0..self.loaded.len() as u32).map(length).max().unwrap_or(0))
+    }
+
     fn file(&self, name: &str, element: &str) -> SceneResult<Rc<Vec<u8>>> {
         let refused = |refusal: crate::scene::folder::Refusal| {
             let (problem, remedy) = (refusal.problem, refusal.remedy);
@@ -130,7 +146,7 @@ impl<'a> Buffers<'a> {
         if let Some(bytes) = self.files.borrow().get(&path) {
             return Ok(Rc::clone(bytes));
         }
-        let bytes = Rc::new(read_file(&path, u64::MAX).map_err(refused)?);
+        let bytes = Rc::new(read_start(&path, self.longest_buffer()).map_err(refused)?);
         self.read_bytes.set(self.read_bytes.get() + bytes.len() as u64);
         self.files.borrow_mut().insert(path, Rc::clone(&bytes));
         Ok(bytes)

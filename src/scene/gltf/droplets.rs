@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use super::accessors::{Accessor, Accessors};
 use super::attributes::ParticleAttributes;
 use super::classes::Classes;
-use super::instancing::Instances;
+use super::instancing::{Instances, carry_radii};
 use super::materials::{Surface, Surfaces};
 use super::meshes::{Mesh, Meshes, Morphs, Points};
 use super::nodes::{Uniformity, Visit, WORLD_LIMIT_M, length_scale};
@@ -84,8 +84,10 @@ impl<'a> Collector<'a, '_> {
             self.notes.note(Kind::MorphTarget, 1, || mesh.element.clone());
         }
         let mut bare = 0;
+        let others_bring_radii =
+            self.flags.radius_m.is_some() || (!mesh.points.is_empty() && carry_radii(&placed.visit.node, element)?);
         for points in &mesh.points {
-            if points.attributes.radius.is_none() && self.flags.radius_m.is_none() {
+            if points.attributes.radius.is_none() && !others_bring_radii {
                 bare += 1;
             } else {
                 self.take_points(placed, mesh, points)?;
@@ -132,25 +134,38 @@ impl<'a> Collector<'a, '_> {
         let instances = Instances::read(self.accessors, &placed.visit.node, &placed.visit.element)?;
         let n_instances = instances.as_ref().map_or(1, |i| i.count);
         self.reserve(count.saturating_mul(n_instances), &element)?;
+        // Radii are checked against quantisation before any droplet is made of them.
+        carried.check_radii()?;
+        instances.as_ref().map_or(Ok(()), |instances| instances.carried.check_radii())?;
         let group = self.group(placed, &marks, surface.as_deref(), &element)?;
         for instance in 0..n_instances {
             let world = world_of(placed, instances.as_ref(), instance)?;
             let scale = self.scale_of(&world, &placed.visit.element)?;
-            let cloud = PointCloud { positions: &positions, world, scale };
-            self.push_points(&cloud, &carried, &group)?;
+            let cloud = PointCloud { positions: &positions, world };
+            // Points without radii of their own take everything from their instance, whose radius grows with the node.
+            match instances.as_ref().filter(|i| carried.radius.is_none() && i.carried.radius.is_some()) {
+                Some(instances) => {
+                    let scale = self.scale_of(&placed.visit.world_from_node, &placed.visit.element)?;
+                    let source = Source { carried: &instances.carried, scale, default_radius_m: None, group: &group };
+                    self.push_points(&cloud, &source, |_| instance)?;
+                }
+                None => {
+                    let default_radius_m = self.flags.radius_m;
+                    let source = Source { carried: &carried, scale, default_radius_m, group: &group };
+                    self.push_points(&cloud, &source, |i| i)?;
+                }
+            }
         }
         self.particles.finish(group);
         Ok(())
     }
 
-    fn push_points(&mut self, cloud: &PointCloud, carried: &ParticleAttributes, group: &Group) -> SceneResult<()> {
-        // Radii are checked against quantisation before any droplet is made of them.
-        let source = Source { carried, scale: cloud.scale, default_radius_m: self.flags.radius_m, group };
-        source.check_radii()?;
+    /// Adds every point; `carried_by` tells which element of the source belongs to point `i`.
+    fn push_points(&mut self, cloud: &PointCloud, source: &Source, carried_by: impl Fn(u64) -> u64) -> SceneResult<()> {
         for i in 0..cloud.positions.count() {
             let center_m = cloud.world.transform_point3(cloud.positions.vec3(i)?);
             check_place(center_m, cloud.positions.element())?;
-            self.particles.push(center_m, i, &source, &mut self.classes, &mut self.notes)?;
+            self.particles.push(center_m, carried_by(i), source, &mut self.classes, &mut self.notes)?;
         }
         Ok(())
     }
@@ -177,7 +192,7 @@ impl<'a> Collector<'a, '_> {
         // `_RADIUS` is in the node's units; the mesh's own radius grows with the instance too.
         let node_scale = self.scale_of(&placed.visit.world_from_node, element)?;
         let by_attribute = Source { carried, scale: node_scale, default_radius_m: None, group: &group };
-        by_attribute.check_radii()?;
+        carried.check_radii()?;
         for i in 0..count {
             let world = world_of(placed, instances.as_ref(), i)?;
             let center_m = world.transform_point3(bounds.center());
@@ -266,7 +281,6 @@ impl<'a> Collector<'a, '_> {
 struct PointCloud<'p, 'a> {
     positions: &'p Accessor<'a>,
     world: DAffine3,
-    scale: f64,
 }
 
 fn world_of(placed: &Placed, instances: Option<&Instances>, i: u64) -> SceneResult<DAffine3> {

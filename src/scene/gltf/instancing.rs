@@ -19,6 +19,16 @@ pub struct Instances<'a> {
     scale: Option<Accessor<'a>>,
 }
 
+/// Whether the instances of a node bring their own radii.
+///
+/// # Errors
+/// When their attributes are no attributes.
+pub fn carry_radii(node: &Node, element: &str) -> SceneResult<bool> {
+    let Some(extension) = &node.extensions.instancing else { return Ok(false) };
+    let attributes: Attributes = document::parse(extension.attributes, || element.to_owned())?;
+    Ok(attributes.radius.is_some())
+}
+
 impl<'a> Instances<'a> {
     /// The instances of a node, `None` where it has none of its own.
     ///

@@ -65,7 +65,8 @@ pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> Scene
     } else {
         (file, None)
     };
-    let document = document::read(json)?;
+    // glTF forbids a byte order mark and lets readers skip one.
+    let document = document::read(json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json))?;
     extensions::check_required(&document)?;
     let scene = choose_scene(&document)?;
     let (settings, scene_material) = settings(&scene, folder, options)?;

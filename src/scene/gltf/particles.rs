@@ -69,15 +69,17 @@ pub struct Source<'s> {
     pub group: &'s Group,
 }
 
-impl Source<'_> {
+impl ParticleAttributes<'_> {
     /// Checks all carried radii before any is used.
     ///
     /// # Errors
     /// When most are zero, or one is negative or not finite.
     pub fn check_radii(&self) -> SceneResult<()> {
-        [&self.carried.radius, &self.carried.droplet_radius_um].into_iter().flatten().try_for_each(check_radii)
+        [&self.radius, &self.droplet_radius_um].into_iter().flatten().try_for_each(check_radii)
     }
+}
 
+impl Source<'_> {
     fn drawn_radius_m(&self, i: u64) -> SceneResult<f64> {
         match &self.carried.radius {
             Some(radii) => Ok(radii.scalar(i)? * self.scale),

@@ -134,14 +134,14 @@ pub fn top_level(document: &Document, scene: u32) -> Vec<Warning> {
     ];
     for (what, count) in parts.iter().filter(|(_, count)| *count > 0) {
         let text = match *what {
-            "scenes besides" => format!("{count} more scenes than scenes[{scene}] are not rendered"),
+            "scenes besides" => format!("scenes besides scenes[{scene}] ({count}) are not rendered"),
             _ => format!("{what} ({count}) are not rendered"),
         };
         warnings.push(Warning::new(text, ""));
     }
     if !document.materials.is_empty() {
-        let what = format!("colours and surfaces of {} materials are not rendered", document.materials.len());
-        warnings.push(Warning::new(what, "droplets are made of droplets.material, fog of droplets"));
+        let what = format!("colours and surfaces of materials ({}) are not rendered", document.materials.len());
+        warnings.push(Warning::new(what, ""));
     }
     let unknown: Vec<&str> =
         document.extensions_used.iter().map(String::as_str).filter(|n| !is_understood(n) && !is_harmless(n)).collect();
