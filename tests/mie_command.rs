@@ -249,7 +249,6 @@ fn text_is_a_table_for_reading() {
     let text = output(&["--size-parameter", "10", "--index", "1.33,0", "--angles", "0,180"]);
     let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("no {name}"));
     assert_eq!(row("size_parameter").split_whitespace().nth(1), Some("10"));
-    // Wiscombe's MIEV0 and the reference program agree on 2.2065 for this sphere.
     assert!(row("q_ext").contains("extinction"));
     assert_eq!(text.lines().filter(|line| line.trim_start().starts_with("180 ")).count(), 1);
 }
@@ -308,7 +307,7 @@ fn flags_that_make_no_sense_are_named() {
         (&["--distribution", "gamma:reff=5um"], "needs the key `veff`"),
         (&["--distribution", "gama:reff=5um"], "did you mean `gamma`"),
         (&["--distribution", "csv:none.csv"], "none.csv"),
-        (&["--distribution", "mono:r=1km"], "--distribution mono:r=1km at 550nm"),
+        (&["--distribution", "mono:r=1km"], "--distribution mono:r=1km at 550 nm"),
     ] {
         let text = complaint(args, 2);
         assert!(text.contains(said), "{args:?}: {text}");

@@ -173,7 +173,7 @@ fn cloud_quantities(cloud: &Cloud) -> Vec<Quantity> {
         index(cloud.m),
         quantity("radii", Value::Count(average.ensemble.len()), "1", "radii that were averaged"),
         quantity("convergence", change, "1", convergence),
-        number("area_m2", c.area_m2, "m^2", "mean geometric cross section"),
+        number("area_m2", law.mean_area_m2(), "m^2", "mean geometric cross section"),
     ];
     list.extend(cross_sections([c.c_ext_m2, c.c_sca_m2, c.c_abs_m2]));
     list.push(albedo(c.c_sca_m2, c.c_ext_m2));
