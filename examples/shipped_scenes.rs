@@ -5,19 +5,18 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use mie_cloud::mie::Solver;
 use mie_cloud::optics::distribution::SizeDistribution;
-use mie_cloud::optics::material::Material;
-use mie_cloud::scene::generate::{CameraPlacement, CloudShape, Content, Recipe, View, generate};
+use mie_cloud::scene::generate::{CameraPlacement, CloudShape, Content, Recipe, View};
 use mie_cloud::scene::gltf::write::write_gltf;
 use mie_cloud::scene::model::ParticleKind;
+use mie_cloud::study::make_cloud;
 use serde_json::{Map, Value, json};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).unwrap_or_else(|| "scenes".into());
     for (name, recipe) in [("fog.gltf", fog()?), ("droplet.gltf", droplet()?)] {
         let path = Path::new(&folder).join(name);
-        let cloud = generate(&recipe, &|radius_m| q_ext_550(&recipe.material, radius_m))?;
+        let cloud = make_cloud(&recipe)?;
         write_gltf(&cloud, &mut BufWriter::new(File::create(&path)?))?;
         println!("{}: {:?}", path.display(), cloud.summary);
         cloud.warnings.iter().for_each(|warning| println!("  {warning}"));
@@ -25,18 +24,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Radiation fog after sunrise: banks ten metres deep, seen from their edge, the sun low on the left, behind them.
+/// Radiation fog after sunrise: banks twelve metres deep, the low sun shining through them.
 fn fog() -> Result<Recipe, Box<dyn Error>> {
-    let camera = CameraPlacement { position_m: [0.0, 6.0, 88.0], target_m: [0.0, 1.0, 0.0] };
+    let camera = CameraPlacement { position_m: [0.0, 2.0, 62.0], target_m: [0.0, 5.0, 0.0] };
     Ok(Recipe {
         count: 200_000,
         kind: ParticleKind::Parcel,
         distribution: SizeDistribution::parse("gamma:reff=6um,veff=0.1", &no_files)?,
-        content: Content::LiquidWaterGPerM3(0.12),
+        content: Content::LiquidWaterGPerM3(0.04),
         seed: 1,
-        overlap: 1.0,
+        overlap: 0.65,
         patchiness: 1.0,
-        view: View { camera: Some(camera), sun_elevation_deg: 16.0, sun_azimuth_deg: 50.0, ..View::default() },
+        view: View { camera: Some(camera), sun_elevation_deg: 13.0, sun_azimuth_deg: 20.0, ..View::default() },
         settings: settings(json!({
             "accuracy": { "target": 0.1 },
             "background": { "radiance": [0.05, 0.07, 0.11] },
@@ -69,12 +68,4 @@ fn settings(value: Value) -> Map<String, Value> {
 
 fn no_files(name: &str) -> Result<String, String> {
     Err(format!("{name} may not be read"))
-}
-
-/// Extinction efficiency at 550 nm; NaN where there is none, which the generator refuses.
-fn q_ext_550(material: &Material, radius_m: f64) -> f64 {
-    const WAVELENGTH_M: f64 = 550e-9;
-    let x = std::f64::consts::TAU * radius_m / WAVELENGTH_M;
-    let efficiencies = material.index(WAVELENGTH_M).ok().and_then(|m| Solver::new().efficiencies(x, m).ok());
-    efficiencies.map_or(f64::NAN, |efficiencies| efficiencies.q_ext)
 }

@@ -98,7 +98,7 @@ impl Accel {
     }
 
     /// Where the ray crosses the body, if it does.
-    #[inline]
+    #[inline(always)]
     fn cross(&self, ray: &LocalRay, body: &Body) -> Option<Crossing> {
         let radius_m = f64::from(body.radius_m);
         match body.kind() {

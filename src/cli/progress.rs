@@ -29,7 +29,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Progress on stderr. `rows` is the picture's height, `samples` the most per pixel.
+    /// Progress on stderr, and the seconds after which to stop.
     pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let quiet = verbosity == Verbosity::Quiet;
@@ -60,7 +60,7 @@ impl Shown {
         }
         *last = Instant::now();
         let elapsed = self.started.elapsed().as_secs_f64();
-        let left = elapsed * f64::from(of - samples) / f64::from(samples);
+        let left = elapsed * f64::from(of.saturating_sub(samples)) / f64::from(samples);
         eprintln!("render: {samples}/{of} spp, noise {:.4}, about {left:.0} s left", film.noise());
     }
 }

@@ -68,7 +68,7 @@ pub enum Spectral {
 pub trait Progress: Sync {
     /// A row has been finished; `rows` of `of` in this round.
     fn row(&self, _rows: usize, _of: usize) {}
-    /// A round has been finished: samples per pixel so far and in all, and the noise reached.
+    /// A round has been finished: samples per pixel so far and expected in all, and the picture so far.
     fn round(&self, _samples: u32, _of: u32, _film: &Film) {}
     /// Whether to stop after this round.
     fn should_stop(&self) -> bool {
@@ -99,6 +99,9 @@ const FIRST_ROUND: u32 = 1;
 /// Rounds double up to this many samples per pixel, so that stopping never takes long.
 const LONGEST_ROUND: u32 = 16;
 
+/// A handful of samples cannot tell how noisy they are.
+const LEAST_FOR_NOISE: u32 = 8;
+
 /// Renders the picture. The same context, seed and crop give the same sums, whatever the number of threads.
 pub fn render(ctx: &RenderContext, request: &RenderRequest, progress: &dyn Progress) -> RenderOutcome {
     let n_wavelengths = ctx.media.n_wavelengths();
@@ -116,8 +119,9 @@ pub fn render(ctx: &RenderContext, request: &RenderRequest, progress: &dyn Progr
         let rays = render_round(ctx, request, outcome.samples..last, &mut outcome.film, progress);
         outcome.rays.add(&rays);
         outcome.samples = last;
-        round = (2 * round).min(LONGEST_ROUND);
-        progress.round(outcome.samples, most_samples(request.until), &outcome.film);
+        let expected = expected_samples(&outcome, request.until);
+        round = (2 * round).min(LONGEST_ROUND).min(expected.saturating_sub(outcome.samples).max(1));
+        progress.round(outcome.samples, expected, &outcome.film);
     }
     outcome
 }
@@ -128,12 +132,19 @@ fn most_samples(until: Until) -> u32 {
     }
 }
 
+/// Samples per pixel that the picture will take, as far as can be told: noise falls like the root of their number.
+fn expected_samples(outcome: &RenderOutcome, until: Until) -> u32 {
+    let Until::Noise { target, at_most } = until else { return most_samples(until) };
+    let excess = outcome.film.noise() / target;
+    let expected = f64::from(outcome.samples) * excess * excess;
+    (expected.ceil().min(f64::from(at_most)) as u32).max(LEAST_FOR_NOISE)
+}
+
 fn is_done(outcome: &RenderOutcome, until: Until) -> bool {
     outcome.samples >= most_samples(until)
         || match until {
             Until::Samples(_) => false,
-            // A handful of samples cannot tell how noisy they are.
-            Until::Noise { target, .. } => outcome.samples >= 8 && outcome.film.noise() <= target,
+            Until::Noise { target, .. } => outcome.samples >= LEAST_FOR_NOISE && outcome.film.noise() <= target,
         }
 }
 

@@ -9,15 +9,17 @@ use mie_cloud::film::{Wanted, develop};
 use mie_cloud::optics::phase_model::PhaseModel;
 use mie_cloud::plan;
 use mie_cloud::scene::model::{Camera, FogBox, FogDensity, Lens, Particle, ParticleKind, Scene, Sun};
-use mie_cloud::scene::settings::{AirPhase, Effect, Settings, Switch};
+use mie_cloud::scene::settings::{AirPhase, Effect, ImageSettings, Settings, Switch};
 use mie_cloud::spectrum::{SpectralMode, SpectralSampling};
 use mie_cloud::transport::{Prepared, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};
 
 /// A scene of one class of 5 um water droplets at 550 nm, with a sun along -z and nothing in it.
 pub fn empty_scene() -> Scene {
-    let mut settings = Settings::default();
-    settings.spectral_mode = Some(SpectralMode::Mono { wavelength_m: 550e-9 });
-    settings.image.resolution = [8, 8];
+    let settings = Settings {
+        spectral_mode: Some(SpectralMode::Mono { wavelength_m: 550e-9 }),
+        image: ImageSettings { resolution: [8, 8] },
+        ..Settings::default()
+    };
     Scene {
         name: "test".into(),
         particles: Vec::new(),
