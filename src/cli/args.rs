@@ -114,7 +114,7 @@ pub struct RenderArgs {
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
     #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
     pub accuracy: Option<f64>,
-    /// Highest order of scattering; 1 in this version
+    /// Most times that light is scattered by droplets [default: unlimited]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub order: Option<u32>,
     /// Seed of the random numbers

@@ -66,12 +66,13 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let mut warnings = scene.warnings.clone();
     print_warnings(&warnings, verbosity);
     let cache = if args.no_cache { None } else { cache_folder() };
-    let prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
+    let mut prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
         Stage::Tables => seconds.load += watch.lap(),
         Stage::Bvh => seconds.tables = watch.lap(),
         Stage::Ready => seconds.bvh = watch.lap(),
     })
     .map_err(Failure::scene)?;
+    prepared.max_order = args.order.unwrap_or(u32::MAX);
     print_warnings(&prepared.warnings, verbosity);
     warnings.extend(prepared.warnings.iter().cloned());
     say_plan(&plan, verbosity);
@@ -149,10 +150,6 @@ fn crop(args: &RenderArgs, [width, height]: [u32; 2]) -> Result<[u32; 4], Failur
 }
 
 fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure> {
-    if args.order.is_some_and(|order| order > 1) {
-        let error = anyhow!("--order: multiple scattering is not in this version yet; leave the flag out or give 1");
-        return Err(Failure::usage(error));
-    }
     args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
 }
 
