@@ -23,7 +23,7 @@ const MAY_USE: [(&str, &[&str]); 13] = [
 ];
 
 /// Crate, and the places that may name it.
-const ONLY_IN: [(&str, &[&str]); 8] = [
+const ONLY_IN: [(&str, &[&str]); 9] = [
     ("gltf::", &["scene/gltf"]),
     ("obvhs", &["accel"]),
     ("exr::prelude", &["image/exr"]),
@@ -31,6 +31,7 @@ const ONLY_IN: [(&str, &[&str]); 8] = [
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("anyhow", &["cli"]),
+    ("plotters", &["study/plot"]),
     ("std::time", &["study", "cli"]),
 ];
 

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use num_complex::Complex64;
 
+use super::mie::angles::AngleList;
 use crate::scene::generate::CloudShape;
 use crate::units::parse_length_m;
 
@@ -215,34 +217,48 @@ pub enum FormatName {
     Csv,
 }
 
+/// What `mie` can be asked, as it is written.
+const MIE_EXAMPLES: &str = "\
+Examples:
+  mie-cloud mie --size-parameter 10 --index 1.33,0
+  mie-cloud mie --radius 5um --wavelength 450nm --angles 130:145:0.1 --format csv -o bow.csv
+  mie-cloud mie --radius 10um --material ice --format json --plot ice.svg
+  mie-cloud mie --distribution gamma:reff=6um,veff=0.1 --plot fog.svg
+  mie-cloud mie --distribution lognormal:rg=0.1um,sigma=0.7,rmax=10um --index 1.45,0.01
+
+Phase functions integrate to 1 over the sphere (sr^-1); the medium is air, taken as vacuum.
+A CSV whose angles go from 0 to 180 serves as a scene's phase model, table:FILE.csv.";
+
 #[derive(Debug, Args)]
+#[command(after_help = MIE_EXAMPLES, group = ArgGroup::new("scatterer").required(true).args(["size_parameter", "radius", "distribution"]))]
 pub struct MieArgs {
-    /// Size parameter 2 pi r n_medium / lambda
-    #[arg(long, value_name = "X", requires = "index", conflicts_with_all = ["radius", "distribution"], help_heading = "Sphere")]
+    /// Size parameter 2 pi r / lambda, 1e-6 to 1e6; with --wavelength the radius follows
+    #[arg(long, value_name = "X", value_parser = number, allow_negative_numbers = true, help_heading = "Scatterer (one of these)")]
     pub size_parameter: Option<f64>,
-    /// Refractive index n,k with k >= 0
-    #[arg(long, value_name = "N,K", conflicts_with = "material", help_heading = "Sphere")]
-    pub index: Option<String>,
-    /// Radius with its unit
-    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "distribution", help_heading = "Sphere")]
+    /// Radius of one sphere with its unit: 5um, 20nm, 1mm
+    #[arg(long, value_name = "R", value_parser = length, help_heading = "Scatterer (one of these)")]
     pub radius: Option<f64>,
-    /// Size distribution: mono:r=5um, gamma:reff=6um,veff=0.1, modgamma:.., lognormal:.., csv:FILE
-    #[arg(long, value_name = "D", help_heading = "Sphere")]
+    /// Size distribution: mono:r=5um, gamma:reff=6um,veff=0.1, modgamma:alpha=6,gamma=1,rc=4um,
+    /// lognormal:rg=3um,sigma=0.4 or csv:FILE (radius_um,dn_dr); all take rmin= and rmax=
+    #[arg(long, value_name = "D", help_heading = "Scatterer (one of these)")]
     pub distribution: Option<String>,
-    /// Vacuum wavelength with its unit
-    #[arg(long, value_name = "LENGTH", default_value = "550nm", value_parser = length, help_heading = "Sphere")]
-    pub wavelength: f64,
-    /// Material: water, ice, n,k, or a CSV file
-    #[arg(long, value_name = "M", help_heading = "Sphere")]
+    /// Vacuum wavelength with its unit [default: 550nm]
+    #[arg(long, value_name = "L", value_parser = length, help_heading = "Light and material")]
+    pub wavelength: Option<f64>,
+    /// Material: water, ice, or a CSV file (wavelength_um,n,k) [default: water]
+    #[arg(long, value_name = "M", conflicts_with = "index", help_heading = "Light and material")]
     pub material: Option<String>,
-    /// Scattering angles in degrees: 0,90,180 or FROM:TO:STEP
-    #[arg(long, value_name = "LIST", default_value = "0:180:10", help_heading = "Output")]
-    pub angles: String,
-    /// Format of the output
+    /// Refractive index m = n + ik instead of a material; k >= 0 absorbs
+    #[arg(long, value_name = "N,K", value_parser = parse_index, allow_hyphen_values = true, help_heading = "Light and material")]
+    pub index: Option<Complex64>,
+    /// Scattering angles in degrees, 0 (forward) to 180: A,B,C or FROM:TO:STEP
+    #[arg(long, value_name = "LIST", default_value = "0:180:10", allow_hyphen_values = true, help_heading = "Output")]
+    pub angles: AngleList,
+    /// Format of the output; json and csv have all digits
     #[arg(long, default_value = "text", help_heading = "Output")]
     pub format: FormatName,
-    /// Draws the phase function as SVG
-    #[arg(long, value_name = "FILE.svg", help_heading = "Output")]
+    /// Also draws the phase function and the polarisation as SVG
+    #[arg(long, value_name = "P.svg", help_heading = "Output")]
     pub plot: Option<PathBuf>,
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
@@ -306,6 +322,16 @@ fn parse_nonnegative(text: &str) -> Result<f64, String> {
 
 fn parse_share(text: &str) -> Result<f64, String> {
     number(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("a number between 0 and 1 is needed".into()) })
+}
+
+/// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
+fn parse_index(text: &str) -> Result<Complex64, String> {
+    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    match parts[..] {
+        [n] => Ok(Complex64::new(n, 0.0)),
+        [n, k] => Ok(Complex64::new(n, k)),
+        _ => Err("write real and imaginary part as N,K, e.g. 1.33,0".into()),
+    }
 }
 
 fn parse_accuracy(text: &str) -> Result<f64, String> {

@@ -12,7 +12,7 @@ use super::{
 /// The independent elements of the scattering matrix of a sphere at one angle (Bohren & Huffman 1983, eq. 4.77).
 ///
 /// S21 = S12, S22 = S11, S43 = -S34 and S44 = S33; the others are zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScatteringMatrix {
     /// (|S1|^2 + |S2|^2) / 2, the intensity of unpolarised light.
     pub s11: f64,
@@ -34,6 +34,16 @@ impl ScatteringMatrix {
             s12: 0.5 * (parallel - perpendicular),
             s33: cross.re,
             s34: cross.im,
+        }
+    }
+
+    /// This matrix plus `weight` times another: spheres that scatter independently add up.
+    pub fn plus(self, weight: f64, other: Self) -> Self {
+        Self {
+            s11: self.s11 + weight * other.s11,
+            s12: self.s12 + weight * other.s12,
+            s33: self.s33 + weight * other.s33,
+            s34: self.s34 + weight * other.s34,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::mie::{Angles, IntensitySum, MieError, Series, Solver};
+use crate::mie::{Angles, IntensitySum, MieError, ScatteringMatrix, Series, Solver};
 
 /// Spheres per unit of parallel work, and of summation: fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 32;
@@ -160,6 +160,49 @@ impl Ensemble {
         let mut out = vec![0.0; angles.len()];
         sum.write(&mut out)?;
         Ok(out)
+    }
+
+    /// The summed scattering matrices at angles in rad.
+    ///
+    /// # Errors
+    /// When a sphere or an angle is out of range.
+    pub fn scattering_matrices(&self, theta_rad: &[f64]) -> Result<Vec<ScatteringMatrix>, MieError> {
+        let batches: Vec<Vec<ScatteringMatrix>> = theta_rad
+            .par_chunks(ANGLE_CHUNK)
+            .map(|theta| self.batch_matrices(&Angles::new(theta)?))
+            .collect::<Result<_, MieError>>()?;
+        Ok(batches.concat())
+    }
+
+    /// The sum at a batch of angles, few enough for a sum per chunk of spheres to be kept.
+    fn batch_matrices(&self, angles: &Angles) -> Result<Vec<ScatteringMatrix>, MieError> {
+        let starts: Vec<usize> = (0..self.sizes.len()).step_by(CHUNK).collect();
+        let parts: Vec<Vec<ScatteringMatrix>> =
+            starts.into_par_iter().map(|start| self.chunk_matrices(start, angles)).collect::<Result<_, _>>()?;
+        let mut sum = vec![ScatteringMatrix::default(); angles.len()];
+        for part in parts {
+            sum.iter_mut().zip(part).for_each(|(sum, value)| *sum = sum.plus(1.0, value));
+        }
+        Ok(sum)
+    }
+
+    fn chunk_matrices(&self, start: usize, angles: &Angles) -> Result<Vec<ScatteringMatrix>, MieError> {
+        let end = (start + CHUNK).min(self.sizes.len());
+        let mut solver = Solver::new();
+        let mut sum = vec![ScatteringMatrix::default(); angles.len()];
+        let mut s1 = vec![Complex64::default(); angles.len()];
+        let mut s2 = s1.clone();
+        for i in start..end {
+            let (r_m, weight) = self.sizes[i];
+            match self.kept.get(i) {
+                Some(series) => series.amplitudes_at(angles, &mut s1, &mut s2)?,
+                None => solver.series(r_m * self.wave_number_per_m, self.m)?.amplitudes_at(angles, &mut s1, &mut s2)?,
+            }
+            for ((sum, s1), s2) in sum.iter_mut().zip(&s1).zip(&s2) {
+                *sum = sum.plus(weight, ScatteringMatrix::from_amplitudes(*s1, *s2));
+            }
+        }
+        Ok(sum)
     }
 
     /// What intensities are multiplied by to become a phase function: 1 / (k^2 C_sca), sr^-1.

@@ -16,6 +16,8 @@ pub use facts::SceneFacts;
 pub struct Switches {
     /// Sunlight scattered once by droplets.
     pub direct: bool,
+    /// Light scattered by droplets more than once.
+    pub multiple: bool,
     /// Droplets shade each other and the air.
     pub shadows: bool,
     /// Sunlight scattered once by the air.
@@ -159,6 +161,7 @@ impl EffectPlan {
     pub fn switches(&self, has_air: bool) -> Switches {
         Switches {
             direct: self.is_on(Effect::Direct),
+            multiple: self.is_on(Effect::Multiple),
             shadows: self.is_on(Effect::Shadows),
             airlight: self.is_on(Effect::Airlight),
             air: has_air,

@@ -1,6 +1,13 @@
-//! Measurements of the program itself: clouds made to measure, particle counts against time.
+//! Measurements of the program itself and of what it computes: clouds made to measure, particle counts against time,
+//! what one sphere or a size distribution does to light, and plots of them.
 
 mod cloud;
+pub mod mie_report;
 pub mod particles;
+pub mod phase_curve;
+pub mod plot;
+pub mod scatterer;
 
 pub use cloud::make_cloud;
+pub use mie_report::MieReport;
+pub use scatterer::Scatterer;

@@ -6,6 +6,7 @@
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
 use crate::accel::LocalRay;
+use crate::film::Layer;
 
 /// Adds the airlight along a camera ray; `scratch.crossings` holds what the ray meets.
 pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
@@ -23,8 +24,8 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
 fn add_sample(ctx: &RenderContext, ray: &LocalRay, t_m: f64, scattered: f64, scratch: &mut Scratch) {
     let air = &ctx.lighting.air;
     let point = ray.origin + t_m * ray.direction;
-    let Scratch { camera_depth, crossings, weight, .. } = scratch;
-    for (seen, depth) in weight.iter_mut().zip(camera_depth.past(ctx.media, crossings, t_m)) {
+    let Scratch { path_depth, crossings, weight, .. } = scratch;
+    for (seen, depth) in weight.iter_mut().zip(path_depth.past(ctx.media, crossings, t_m)) {
         *seen = scattered * (-depth).exp();
     }
     if weight.iter().all(|seen| *seen <= 0.0) {
@@ -34,9 +35,9 @@ fn add_sample(ctx: &RenderContext, ray: &LocalRay, t_m: f64, scattered: f64, scr
         let h = 0.5 * (sun.direction + ray.direction).length_squared();
         let sun_ray = LocalRay { origin: point, direction: -sun.direction };
         scratch.light_sun(ctx, &sun_ray);
-        let Scratch { airlight, weight, sunlit, .. } = scratch;
-        for w in 0..airlight.len() {
-            airlight[w] += weight[w] * sunlit[w] * air.phase[w].eval(h) * sun.irradiance[w];
+        let Scratch { layers, weight, sunlit, .. } = scratch;
+        for (w, radiance) in layers[Layer::Airlight as usize].iter_mut().enumerate() {
+            *radiance += weight[w] * sunlit[w] * air.phase[w].eval(h) * sun.irradiance[w];
         }
     }
 }

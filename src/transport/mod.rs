@@ -2,10 +2,11 @@
 
 mod camera;
 mod collision;
-mod direct;
+mod event;
 mod lighting;
 mod march;
 mod media;
+mod path;
 mod place;
 mod prepare;
 mod random;

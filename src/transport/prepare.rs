@@ -82,6 +82,8 @@ pub struct Prepared {
     pub switches: Switches,
     /// Width and height of the picture, pixels.
     pub resolution: [u32; 2],
+    /// Most times that light is scattered by droplets; unlimited unless set.
+    pub max_order: u32,
     /// How much there is of everything.
     pub counts: Counts,
     /// What was noticed on the way.
@@ -126,6 +128,7 @@ impl Prepared {
             camera: scene.camera,
             switches: plan.switches(has_air),
             resolution: scene.settings.image.resolution,
+            max_order: u32::MAX,
             counts,
             warnings: [bins.warnings, tables.warnings].concat(),
         })
@@ -140,6 +143,7 @@ impl Prepared {
             camera: &self.camera,
             switches: self.switches,
             resolution: self.resolution,
+            max_order: if self.switches.multiple { self.max_order } else { 1 },
         }
     }
 }

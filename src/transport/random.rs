@@ -17,6 +17,11 @@ pub(super) enum Purpose {
     PixelY,
     Hero,
     Collision,
+    Roulette,
+    Lobe,
+    Bin,
+    Angle,
+    Azimuth,
     March,
 }
 

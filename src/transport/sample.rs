@@ -2,10 +2,11 @@
 
 use super::camera::camera_ray;
 use super::collision::Stretch;
-use super::direct::add_direct;
+use super::event::Event;
 use super::lighting::Lighting;
 use super::march::add_airlight;
 use super::media::Media;
+use super::path::{add_path, meet};
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
 use super::transmittance::OpticalDepth;
@@ -13,6 +14,7 @@ use crate::accel::{Accel, Body, Crossing, LocalRay};
 use crate::film::{Layer, Sample};
 use crate::plan::Switches;
 use crate::scene::model::Camera;
+use glam::DVec3;
 
 /// What every sample reads.
 #[derive(Clone, Copy)]
@@ -29,27 +31,53 @@ pub struct RenderContext<'a> {
     pub switches: Switches,
     /// Width and height of the picture, pixels.
     pub resolution: [u32; 2],
+    /// Most times that light is scattered by droplets; at least 1.
+    pub max_order: u32,
+}
+
+impl RenderContext<'_> {
+    /// Transmittance of the air over the first `t_m` metres of a ray.
+    pub(super) fn air_transmittance(&self, ray: &LocalRay, t_m: f64) -> f64 {
+        if !self.switches.air {
+            return 1.0;
+        }
+        let camera = self.accel.local_ray(self.camera.position_m, ray.direction).origin;
+        let air = &self.lighting.air;
+        (-air.extinction_per_m * way_in_ball(ray, camera, air.depth_m, t_m)).exp()
+    }
+}
+
+/// How far the first `t_m` metres of a ray run inside a ball, m.
+fn way_in_ball(ray: &LocalRay, center: DVec3, radius_m: f64, t_m: f64) -> f64 {
+    let to_center = center - ray.origin;
+    let middle = to_center.dot(ray.direction);
+    let rest = radius_m * radius_m - (to_center - middle * ray.direction).length_squared();
+    let half = rest.max(0.0).sqrt();
+    ((middle + half).min(t_m) - (middle - half).max(0.0)).max(0.0)
 }
 
 /// Buffers of one thread, reused from path to path.
 pub(super) struct Scratch {
+    /// Weight of the path, by wavelength.
     pub weight: Vec<f64>,
-    pub sigma: Vec<f64>,
-    /// Size bins that act at a place, with droplets per cubic metre.
-    pub acting: Vec<(u32, f64)>,
+    /// Density with which each wavelength would have drawn the path, over their mean.
+    pub density: Vec<f64>,
+    pub scattered: Vec<f64>,
+    pub lobes: Vec<f64>,
+    /// The collision that the path is at.
+    pub event: Event,
     pub stretches: Vec<Stretch>,
-    /// Optical depth of the whole camera ray.
+    /// Optical depth of the whole ray that was followed last.
     pub total_depth: Vec<f64>,
     /// Transmittance toward the sun that was asked last.
     pub sunlit: Vec<f64>,
-    pub direct: Vec<f64>,
-    pub airlight: Vec<f64>,
-    pub background: Vec<f64>,
+    /// Radiance by layer and wavelength.
+    pub layers: [Vec<f64>; Layer::ALL.len()],
     /// The layers' sum by wavelength.
     pub spectrum: Vec<f64>,
     pub crossings: Vec<(Body, Crossing)>,
     pub sun_depth: OpticalDepth,
-    pub camera_depth: OpticalDepth,
+    pub path_depth: OpticalDepth,
     pub depth_sum: f64,
     pub depth_weight: f64,
     pub rays: RayCounts,
@@ -61,18 +89,18 @@ impl Scratch {
         let zeros = || vec![0.0; n_wavelengths];
         Self {
             weight: zeros(),
-            sigma: zeros(),
-            acting: Vec::new(),
+            density: zeros(),
+            scattered: zeros(),
+            lobes: zeros(),
+            event: Event::new(n_wavelengths),
             stretches: Vec::new(),
             total_depth: zeros(),
             sunlit: zeros(),
-            direct: zeros(),
-            airlight: zeros(),
-            background: zeros(),
+            layers: Layer::ALL.map(|_| zeros()),
             spectrum: zeros(),
             crossings: Vec::new(),
             sun_depth: OpticalDepth::new(media),
-            camera_depth: OpticalDepth::new(media),
+            path_depth: OpticalDepth::new(media),
             depth_sum: 0.0,
             depth_weight: 0.0,
             rays: RayCounts::default(),
@@ -94,14 +122,12 @@ impl Scratch {
 
     fn sum_spectrum(&mut self) {
         for (w, sum) in self.spectrum.iter_mut().enumerate() {
-            *sum = self.direct[w] + self.airlight[w] + self.background[w];
+            *sum = self.layers.iter().map(|layer| layer[w]).sum();
         }
     }
 
     fn clear(&mut self) {
-        for layer in [&mut self.direct, &mut self.airlight, &mut self.background] {
-            layer.fill(0.0);
-        }
+        self.layers.iter_mut().for_each(|layer| layer.fill(0.0));
         self.crossings.clear();
         (self.depth_sum, self.depth_weight) = (0.0, 0.0);
     }
@@ -121,48 +147,37 @@ pub(super) fn take_sample(
     let ray = ctx.accel.local_ray(camera_ray.origin_m, camera_ray.direction);
     scratch.rays.camera += 1;
     // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
-    let Scratch { crossings, camera_depth, total_depth, .. } = scratch;
-    ctx.accel.all(&ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
-    total_depth.copy_from_slice(camera_depth.past(ctx.media, crossings, f64::INFINITY));
-    if ctx.switches.direct && !scratch.crossings.is_empty() {
-        add_direct(ctx, &ray, random, scratch);
-    }
+    meet(ctx, &ray, scratch);
+    let mut sample = Sample::default();
+    see_through(ctx, scratch, &mut sample);
     if ctx.switches.airlight {
         add_airlight(ctx, &ray, random, scratch);
     }
-    finish(ctx, scratch)
-}
-
-/// Adds the background and turns wavelengths into channels.
-fn finish(ctx: &RenderContext, scratch: &mut Scratch) -> Sample {
-    let lighting = ctx.lighting;
-    let Scratch { total_depth, background, .. } = scratch;
-    // From here on, depth has become transmittance.
-    total_depth.iter_mut().for_each(|depth| *depth = (-*depth).exp());
-    let droplets = &total_depth[..];
-    let air = if ctx.switches.air { lighting.air.transmittance(f64::INFINITY) } else { 1.0 };
-    let mut passed_luminance = 0.0;
-    let mut transmittance = [0.0; 3];
-    for w in 0..background.len() {
-        let passed = droplets[w] * air;
-        passed_luminance += lighting.luminance_weights[w] * passed;
-        if ctx.switches.background {
-            background[w] = passed * lighting.background[w];
-        }
-    }
-    for (c, transmittance) in transmittance.iter_mut().enumerate() {
-        *transmittance = lighting.channel_mean(c, droplets) * air;
+    if ctx.switches.direct && !scratch.crossings.is_empty() {
+        add_path(ctx, &ray, random, scratch);
     }
     scratch.sum_spectrum();
-    let mut sample = Sample {
-        transmittance,
-        opacity: 1.0 - passed_luminance,
-        depth_sum_m: scratch.depth_sum,
-        depth_weight: scratch.depth_weight,
-        ..Sample::default()
-    };
-    sample.layers[Layer::Direct as usize] = lighting.rgb(&scratch.direct);
-    sample.layers[Layer::Airlight as usize] = lighting.rgb(&scratch.airlight);
-    sample.layers[Layer::Background as usize] = lighting.rgb(&scratch.background);
+    for (channels, radiance) in sample.layers.iter_mut().zip(&scratch.layers) {
+        *channels = ctx.lighting.rgb(radiance);
+    }
+    (sample.depth_sum_m, sample.depth_weight) = (scratch.depth_sum, scratch.depth_weight);
     sample
+}
+
+/// The background and the opacity, exact along the camera ray.
+fn see_through(ctx: &RenderContext, scratch: &mut Scratch, sample: &mut Sample) {
+    let lighting = ctx.lighting;
+    let Scratch { total_depth, sunlit: passed, layers, .. } = scratch;
+    let air = if ctx.switches.air { lighting.air.transmittance(f64::INFINITY) } else { 1.0 };
+    for (passed, depth) in passed.iter_mut().zip(total_depth) {
+        *passed = (-*depth).exp() * air;
+    }
+    if ctx.switches.background {
+        for (w, radiance) in layers[Layer::Background as usize].iter_mut().enumerate() {
+            *radiance = passed[w] * lighting.background[w];
+        }
+    }
+    sample.transmittance = [0, 1, 2].map(|channel| lighting.channel_mean(channel, passed));
+    let luminance: f64 = lighting.luminance_weights.iter().zip(passed).map(|(weight, passed)| weight * *passed).sum();
+    sample.opacity = 1.0 - luminance;
 }

@@ -1,0 +1,75 @@
+//! Which scatterer the flags describe.
+
+use std::f64::consts::PI;
+
+use anyhow::{Context, anyhow};
+use num_complex::Complex64;
+
+use crate::cli::args::MieArgs;
+use crate::cli::failure::Failure;
+use crate::optics::distribution::SizeDistribution;
+use crate::optics::material::Material;
+use crate::study::Scatterer;
+use crate::study::scatterer::Dimensions;
+use crate::units::format_in;
+
+/// Vacuum wavelength where none is given, m: the middle of the visible.
+const DEFAULT_WAVELENGTH_M: f64 = 550e-9;
+
+/// Solves the scatterer of the flags; whatever is wrong with it is wrong with them.
+pub fn solve(args: &MieArgs) -> Result<Scatterer, Failure> {
+    scatterer(args).map_err(Failure::usage)
+}
+
+fn scatterer(args: &MieArgs) -> anyhow::Result<Scatterer> {
+    let m = index(args)?;
+    let wavelength_m = wavelength_m(args);
+    if let Some(text) = &args.distribution {
+        let distribution = SizeDistribution::parse(text, &read).context("--distribution")?;
+        return Scatterer::cloud(distribution, wavelength_m, m)
+            .with_context(|| format!("--distribution {text} at {}", nm(wavelength_m)));
+    }
+    if let Some(radius_m) = args.radius {
+        return Scatterer::sphere(Dimensions { radius_m, wavelength_m }, m)
+            .with_context(|| format!("--radius {}um at {}", format_in(radius_m, 1e6), nm(wavelength_m)));
+    }
+    let x = args.size_parameter.ok_or_else(|| anyhow!("--size-parameter, --radius or --distribution is needed"))?;
+    let Some(wavelength_m) = args.wavelength else { return Ok(Scatterer::relative_sphere(x, m)?) };
+    let radius_m = x * wavelength_m / (2.0 * PI);
+    let mut scatterer = Scatterer::relative_sphere(x, m)?;
+    if let Scatterer::Sphere(sphere) = &mut scatterer {
+        sphere.dimensions = Some(Dimensions { radius_m, wavelength_m });
+    }
+    Ok(scatterer)
+}
+
+/// The name of what the scatterer is made of, where it has one.
+pub fn material_name(args: &MieArgs) -> Option<&str> {
+    if args.index.is_some() { None } else { Some(args.material.as_deref().unwrap_or("water").trim()) }
+}
+
+fn wavelength_m(args: &MieArgs) -> f64 {
+    args.wavelength.unwrap_or(DEFAULT_WAVELENGTH_M)
+}
+
+fn index(args: &MieArgs) -> anyhow::Result<Complex64> {
+    if let Some(index) = args.index {
+        return Ok(index);
+    }
+    let material = match &args.material {
+        Some(text) => Material::parse(text, &read).context("--material")?,
+        None if args.size_parameter.is_some() => {
+            return Err(anyhow!("--size-parameter needs an index: add --index N,K, or --material M at a --wavelength"));
+        }
+        None => Material::Water,
+    };
+    material.index(wavelength_m(args)).context("--material")
+}
+
+fn read(path: &str) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| error.to_string())
+}
+
+fn nm(wavelength_m: f64) -> String {
+    format_in(wavelength_m, 1e9) + " nm"
+}

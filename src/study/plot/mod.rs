@@ -1,0 +1,24 @@
+//! Plots as SVG texts: one style for all.
+
+mod axis;
+mod caption;
+mod columns;
+mod phase;
+mod style;
+
+use thiserror::Error;
+
+pub use caption::Caption;
+pub use phase::phase_plot;
+
+/// A plot could not be drawn.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PlotError {
+    /// The drawing library refused.
+    #[error("cannot draw the plot: {0}")]
+    Draw(String),
+    /// There is nothing to draw.
+    #[error("cannot draw the plot: no value is above zero")]
+    Empty,
+}

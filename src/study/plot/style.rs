@@ -1,0 +1,56 @@
+//! Sizes, colours and the canvas of a plot.
+//!
+//! The drawing library places points on whole numbers. Plots are therefore drawn on a canvas that is [`FINE`] times as
+//! large as they are shown, so that curves are smooth.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::PlotError;
+
+/// Canvas units per point of the picture.
+const FINE: u32 = 10;
+
+/// The curve; dark blue that also prints well in grey.
+pub const CURVE: RGBColor = RGBColor(20, 70, 150);
+/// Between the minima and maxima of fringes that are too fine to be drawn.
+pub const BAND: RGBColor = RGBColor(170, 197, 232);
+/// Lines of the grid, at labels and between them.
+pub const GRID: RGBColor = RGBColor(215, 215, 215);
+pub const FINE_GRID: RGBColor = RGBColor(240, 240, 240);
+
+/// Points of the picture in canvas units.
+pub fn pt(points: f64) -> u32 {
+    (points * f64::from(FINE)).round() as u32
+}
+
+/// Text of a size in points.
+pub fn font(points: f64) -> TextStyle<'static> {
+    ("Helvetica, Arial, sans-serif", f64::from(pt(points))).into_font().color(&BLACK)
+}
+
+/// Text that is centred on its place.
+pub fn centred(points: f64) -> TextStyle<'static> {
+    font(points).pos(Pos::new(HPos::Center, VPos::Center))
+}
+
+/// The error of a drawing call.
+pub fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> PlotError {
+    PlotError::Draw(error.to_string())
+}
+
+/// Draws a picture of a size in points and returns the SVG text.
+pub fn draw_svg(
+    [width, height]: [f64; 2],
+    draw: impl FnOnce(&DrawingArea<SVGBackend, plotters::coord::Shift>) -> Result<(), PlotError>,
+) -> Result<String, PlotError> {
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (pt(width), pt(height))).into_drawing_area();
+        area.fill(&WHITE).map_err(failed)?;
+        draw(&area)?;
+        area.present().map_err(failed)?;
+    }
+    let canvas = format!("width=\"{}\" height=\"{}\"", pt(width), pt(height));
+    Ok(svg.replacen(&canvas, &format!("width=\"{width}\" height=\"{height}\""), 1))
+}

@@ -1,0 +1,114 @@
+//! What happens at a collision: which droplets take part, how much they remove, where they send light.
+//!
+//! Legend: sigma_l, what acts at wavelength l (per metre in fog; on a droplet's disc the probability that it acts);
+//! omega, albedo; p, phase function; h = 1 - cos of the scattering angle.
+
+use glam::DVec3;
+
+use super::collision::Place;
+use super::media::Media;
+use crate::accel::{Body, BodyKind, Crossing, LocalRay};
+
+/// A collision; buffers are reused from one to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Event {
+    /// Where light is scattered, in the cloud's frame: a droplet's centre, or the place in the fog.
+    pub point: DVec3,
+    /// Distance along the ray, m.
+    pub t_m: f64,
+    /// sigma by wavelength.
+    pub sigma: Vec<f64>,
+    /// Size bins that take part, each with its droplets per cubic metre.
+    acting: Vec<(u32, f64)>,
+    on_disc: bool,
+}
+
+impl Event {
+    pub fn new(n_wavelengths: usize) -> Self {
+        Self { sigma: vec![0.0; n_wavelengths], ..Self::default() }
+    }
+
+    /// Gathers what takes part in a collision at a place along a ray.
+    pub fn gather(&mut self, media: &Media, ray: &LocalRay, place: Place, crossings: &[(Body, Crossing)]) {
+        self.acting.clear();
+        self.sigma.fill(0.0);
+        match place {
+            Place::Disc(index) => {
+                let (body, crossing) = &crossings[index as usize];
+                (self.point, self.t_m, self.on_disc) = (body.center, crossing.start(), true);
+                self.acting.push((body.bin() as u32, 1.0));
+                for (sigma, depth) in self.sigma.iter_mut().zip(media.disc_depth(body.bin())) {
+                    *sigma = -(-f64::from(body.load) * depth).exp_m1();
+                }
+            }
+            Place::Fog(t_m) => {
+                (self.point, self.t_m, self.on_disc) = (ray.origin + t_m * ray.direction, t_m, false);
+                self.gather_fog(media, crossings);
+            }
+        }
+    }
+
+    fn gather_fog(&mut self, media: &Media, crossings: &[(Body, Crossing)]) {
+        for (body, crossing) in crossings {
+            let inside = crossing.start() <= self.t_m && self.t_m <= crossing.end();
+            if !inside || body.kind() == BodyKind::Droplet {
+                continue;
+            }
+            let (bin, load) = (body.bin() as u32, f64::from(body.load));
+            match self.acting.iter_mut().find(|(known, _)| *known == bin) {
+                Some((_, sum)) => *sum += load,
+                None => self.acting.push((bin, load)),
+            }
+        }
+        for (bin, load) in &self.acting {
+            for (sigma, c_ext_m2) in self.sigma.iter_mut().zip(media.c_ext_m2(*bin as usize)) {
+                *sigma += load * c_ext_m2;
+            }
+        }
+    }
+
+    /// sigma of one of the bins that take part.
+    #[inline]
+    fn part(&self, media: &Media, bin: usize, load: f64, wavelength: usize) -> f64 {
+        if self.on_disc { self.sigma[wavelength] } else { load * media.c_ext_m2(bin)[wavelength] }
+    }
+
+    /// Fills `out` with the sum of sigma omega p(h) over what takes part, by wavelength.
+    pub fn scatter(&self, media: &Media, h: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        for (bin, load) in &self.acting {
+            let bin = *bin as usize;
+            let (albedo, phase) = (media.albedo(bin), media.phase(bin));
+            for (w, out) in out.iter_mut().enumerate() {
+                *out += self.part(media, bin, *load, w) * albedo[w] * phase[w].eval(h);
+            }
+        }
+    }
+
+    /// Fills `out` with the density of a direction drawn by `sample_h`, had that wavelength been the hero.
+    pub fn density(&self, media: &Media, h: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        for (bin, load) in &self.acting {
+            let bin = *bin as usize;
+            for (w, out) in out.iter_mut().enumerate() {
+                if self.sigma[w] > 0.0 {
+                    *out += self.part(media, bin, *load, w) / self.sigma[w] * media.phase(bin)[w].eval(h);
+                }
+            }
+        }
+    }
+
+    /// Draws a scattering angle as the hero wavelength does: a bin by its share of sigma, then its phase function.
+    pub fn sample_h(&self, media: &Media, hero: usize, u_bin: f64, u_angle: f64) -> f64 {
+        let mut rest = u_bin * self.sigma[hero];
+        let mut chosen = self.acting.first().map_or(0, |(bin, _)| *bin as usize);
+        for (bin, load) in &self.acting {
+            chosen = *bin as usize;
+            rest -= self.part(media, chosen, *load, hero);
+            if rest < 0.0 {
+                break;
+            }
+        }
+        media.phase(chosen)[hero].sample(u_angle)
+    }
+}

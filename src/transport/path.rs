@@ -1,0 +1,243 @@
+//! `direct` and `multiple`: sunlight, and background, that droplets scatter to the camera once or many times.
+//!
+//! A path goes from the camera from collision to collision, and looks at the sun from each. One wavelength, the hero,
+//! draws everything; every wavelength counts its integrand over the mean of the densities that all heroes would have had
+//! for the whole path (theory (44), (46)). Legend: weight_l, that ratio for wavelength l; density_h, the hero's densities
+//! over their mean. The first collision is forced (theory (43)).
+
+use glam::DVec3;
+
+use super::collision::{Stretch, find_depth};
+use super::random::{PathRandom, Purpose};
+use super::sample::{RenderContext, Scratch};
+use crate::accel::LocalRay;
+use crate::film::Layer;
+
+/// Share of directions that are drawn around the sun's instead of the path's at the first collision.
+const SUN_LOBE: f64 = 0.2;
+
+/// That share falls by this factor from collision to collision: a path's weight can grow by the product of
+/// 1 / (1 - share), which stays below 2.1 however long it gets.
+const SUN_LOBE_DECAY: f64 = 0.7;
+
+/// Paths of less weight play Russian roulette. The next phase function may be a thousand times an average one, so what
+/// looks negligible is not: with 0.05 the variance is ten times higher.
+const ROULETTE_BELOW: f64 = 5e-4;
+
+/// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
+pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
+    let n = scratch.weight.len();
+    let hero = ((random.uniform(Purpose::Hero, 0) * n as f64) as usize).min(n - 1);
+    scratch.weight.fill(1.0);
+    scratch.density.fill(1.0);
+    let mut ray = *camera_ray;
+    for order in 1..=ctx.max_order {
+        if order > 1 {
+            meet(ctx, &ray, scratch);
+        }
+        let u = random.uniform(Purpose::Collision, order);
+        let collided = if order == 1 { force(ctx, &ray, hero, u, scratch) } else { fly(ctx, &ray, hero, u, scratch) };
+        if !collided {
+            if order > 1 {
+                add_background(ctx, scratch);
+            }
+            return;
+        }
+        add_sunlight(ctx, &ray, if order == 1 { Layer::Direct } else { Layer::Multiple }, scratch);
+        if order == 1 {
+            note_depth(scratch);
+        }
+        if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), scratch) {
+            return;
+        }
+        ray = turn(ctx, &ray, hero, order, random, scratch);
+    }
+}
+
+/// Fills `scratch.crossings` and `scratch.depth` with what a ray meets.
+pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let Scratch { crossings, path_depth, total_depth, rays, .. } = scratch;
+    rays.scatter += 1;
+    crossings.clear();
+    ctx.accel.all(ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
+    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, f64::INFINITY));
+}
+
+/// The first collision, given that there is one.
+fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    let opacity = -(-scratch.total_depth[hero]).exp_m1();
+    if opacity <= 0.0 || !collide(ctx, ray, hero, -(-u * opacity).ln_1p(), scratch) {
+        return false;
+    }
+    let Scratch { density, total_depth, .. } = scratch;
+    for (density, depth) in density.iter_mut().zip(total_depth) {
+        let opacity = -(-*depth).exp_m1();
+        *density = if opacity > 0.0 { *density / opacity } else { 0.0 };
+    }
+    normalize(scratch)
+}
+
+/// A later collision; `false` where the path leaves everything behind, its weight then being that of the way out.
+fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    let target = -(-u).ln_1p();
+    if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
+        return normalize(scratch);
+    }
+    let Scratch { weight, density, total_depth, .. } = scratch;
+    for w in 0..weight.len() {
+        let passed = (-total_depth[w]).exp();
+        weight[w] *= passed;
+        density[w] *= passed;
+    }
+    normalize(scratch);
+    false
+}
+
+/// Finds the collision at a hero's optical depth and multiplies in its transmittance and density.
+fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
+    let Scratch { crossings, stretches, event, path_depth, weight, density, .. } = scratch;
+    stretches.clear();
+    stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
+    let Some(place) = find_depth(stretches, target) else { return false };
+    event.gather(ctx.media, ray, place, crossings);
+    let depth = path_depth.past(ctx.media, crossings, event.t_m);
+    let air = ctx.air_transmittance(ray, event.t_m);
+    for w in 0..weight.len() {
+        let passed = (-depth[w]).exp();
+        weight[w] *= passed * air;
+        density[w] *= passed * event.sigma[w];
+    }
+    true
+}
+
+/// Divides by the mean density; `false` where no hero could have drawn the path.
+fn normalize(scratch: &mut Scratch) -> bool {
+    let mean = scratch.density.iter().sum::<f64>() / scratch.density.len() as f64;
+    if mean.is_nan() || mean <= 0.0 {
+        return false;
+    }
+    let Scratch { weight, density, .. } = scratch;
+    weight.iter_mut().chain(density).for_each(|value| *value /= mean);
+    true
+}
+
+/// Counts the first collision towards the mean distance of first ones.
+fn note_depth(scratch: &mut Scratch) {
+    let Scratch { weight, event, depth_sum, depth_weight, .. } = scratch;
+    let real = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).sum::<f64>() / weight.len() as f64;
+    *depth_sum += real * event.t_m;
+    *depth_weight += real;
+}
+
+/// The sunlight that the collision sends back along the path.
+fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, layer: Layer, scratch: &mut Scratch) {
+    if scratch.weight.iter().all(|weight| *weight <= 0.0) {
+        return;
+    }
+    for sun in &ctx.lighting.suns {
+        let sun_ray = LocalRay { origin: scratch.event.point, direction: -sun.direction };
+        scratch.light_sun(ctx, &sun_ray);
+        let Scratch { event, weight, sunlit, scattered, layers, .. } = scratch;
+        event.scatter(ctx.media, turn_h(ray.direction, -sun.direction), scattered);
+        for (w, radiance) in layers[layer as usize].iter_mut().enumerate() {
+            *radiance += weight[w] * scattered[w] * sunlit[w] * sun.irradiance[w];
+        }
+    }
+}
+
+/// The background that an escaping path sees.
+fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
+    if ctx.switches.background {
+        let Scratch { weight, layers, .. } = scratch;
+        for (w, radiance) in layers[Layer::Background as usize].iter_mut().enumerate() {
+            *radiance += weight[w] * ctx.lighting.background[w];
+        }
+    }
+}
+
+/// Keeps a path of small weight with a probability in proportion, heavier by as much.
+fn survives(u: f64, scratch: &mut Scratch) -> bool {
+    let Scratch { weight, event, .. } = scratch;
+    let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
+    let survival = (largest / ROULETTE_BELOW).min(1.0);
+    if u >= survival {
+        return false;
+    }
+    weight.iter_mut().for_each(|weight| *weight /= survival);
+    true
+}
+
+/// Draws the next direction: around the path's own, or around the sun's, so that paths that happen to travel toward the
+/// sun before they look at it are no surprise.
+fn turn(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    hero: usize,
+    order: u32,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> LocalRay {
+    let suns = &ctx.lighting.suns;
+    let lobe = SUN_LOBE * SUN_LOBE_DECAY.powi(order as i32 - 1);
+    let u_lobe = random.uniform(Purpose::Lobe, order);
+    let axis = if u_lobe < lobe {
+        -suns[((u_lobe / lobe * suns.len() as f64) as usize).min(suns.len() - 1)].direction
+    } else {
+        ray.direction
+    };
+    let (u_bin, u_angle) = (random.uniform(Purpose::Bin, order), random.uniform(Purpose::Angle, order));
+    let h = scratch.event.sample_h(ctx.media, hero, u_bin, u_angle);
+    let direction = around(axis, h, random.uniform(Purpose::Azimuth, order));
+
+    let Scratch { event, weight, density, scattered, lobes, .. } = scratch;
+    let h = turn_h(ray.direction, direction);
+    event.density(ctx.media, h, scattered);
+    lobes.iter_mut().zip(&*scattered).for_each(|(sum, density)| *sum = (1.0 - lobe) * density);
+    for sun in suns {
+        event.density(ctx.media, turn_h(-sun.direction, direction), scattered);
+        lobes.iter_mut().zip(&*scattered).for_each(|(sum, density)| *sum += lobe / suns.len() as f64 * density);
+    }
+    event.scatter(ctx.media, h, scattered);
+    for w in 0..weight.len() {
+        weight[w] *= scattered[w];
+        density[w] *= lobes[w];
+    }
+    normalize(scratch);
+    LocalRay { origin: scratch.event.point, direction }
+}
+
+/// h = 1 - cos of the angle between two unit vectors, without cancellation between neighbours.
+#[inline]
+fn turn_h(a: DVec3, b: DVec3) -> f64 {
+    0.5 * (a - b).length_squared()
+}
+
+/// The unit vector at h = 1 - cos from a unit axis, turned about it by `turns` of a full circle.
+fn around(axis: DVec3, h: f64, turns: f64) -> DVec3 {
+    let (u, v) = axis.any_orthonormal_pair();
+    let (sin_phi, cos_phi) = (std::f64::consts::TAU * turns).sin_cos();
+    let sin_theta = (h * (2.0 - h)).max(0.0).sqrt();
+    ((1.0 - h) * axis + sin_theta * (cos_phi * u + sin_phi * v)).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_direction_has_the_angle_that_was_asked_for() {
+        for axis in [DVec3::X, DVec3::NEG_Z, DVec3::new(1.0, 2.0, -3.0).normalize()] {
+            for h in [0.0, 1e-14, 1e-6, 0.3, 1.0, 1.9, 2.0] {
+                let direction = around(axis, h, 0.37);
+                assert!((turn_h(axis, direction) - h).abs() < 1e-9 * h.max(1e-6), "{h}");
+            }
+        }
+    }
+
+    /// The longest path's weight grows by less than 2.1 through the sun's lobe.
+    #[test]
+    fn the_suns_lobe_keeps_weights_bounded() {
+        let growth: f64 = (0..1000).map(|n| 1.0 / (1.0 - SUN_LOBE * SUN_LOBE_DECAY.powi(n))).product();
+        assert!(growth < 2.1, "{growth}");
+    }
+}
