@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
+use super::effects::plan_failure;
 use super::failure::{Failure, INTERRUPTED};
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Wishes};
@@ -43,16 +44,18 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let verbosity = verbosity(args);
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     check_outputs(args, existing)?;
+    // What the flags say is checked before a large scene is read.
+    let effects = chosen_effects(args)?;
+    let wishes = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)?;
     let scene = load_scene(&args.scene, args.resolution)?;
     let crop = crop(args, scene.settings.image.resolution)?;
-    let effects = chosen_effects(args)?;
     let accuracy = args.accuracy.or(scene.settings.accuracy.target);
     let target = accuracy.unwrap_or(STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
-    let wishes = wishes(args, &sampling)?;
+    check_absolute(args, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
-        .map_err(|error| if effects.is_empty() { Failure::scene(error) } else { Failure::usage(error) })?;
+        .map_err(|error| plan_failure(error, &args.scene, &effects))?;
     let mut seconds = Seconds { load: watch.lap(), ..Seconds::default() };
     let request = RenderRequest {
         seed: args.seed,
@@ -71,7 +74,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         Stage::Bvh => seconds.tables = watch.lap(),
         Stage::Ready => seconds.bvh = watch.lap(),
     })
-    .map_err(Failure::scene)?;
+    .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
     print_warnings(&prepared.warnings, verbosity);
     warnings.extend(prepared.warnings.iter().cloned());
     say_plan(&plan, verbosity);
@@ -116,16 +119,35 @@ fn verbosity(args: &RenderArgs) -> Verbosity {
     }
 }
 
-/// Output folders are checked before any work is done.
+/// Outputs are checked before any work is done.
 fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
-    let outputs = [Some(&args.output), args.preview.as_ref(), args.stats.as_ref()];
-    for path in outputs.into_iter().flatten() {
-        check_writable(path, existing).map_err(Failure::other)?;
+    output::check_kind(&args.output).map_err(Failure::usage)?;
+    let outputs: Vec<(&str, &PathBuf)> =
+        [("--output", Some(&args.output)), ("--preview", args.preview.as_ref()), ("--stats", args.stats.as_ref())]
+            .into_iter()
+            .filter_map(|(flag, path)| path.map(|path| (flag, path)))
+            .collect();
+    for (i, (flag, path)) in outputs.iter().enumerate() {
+        check_writable(path, existing).map_err(|error| Failure::other(anyhow::Error::new(error).context(*flag)))?;
         if same_file(path, &args.scene.scene) {
-            return Err(Failure::usage(anyhow!("{} is the scene itself; name another output", path.display())));
+            return Err(Failure::usage(anyhow!("{flag} {}: is the scene itself; name another file", path.display())));
+        }
+        if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| names_same_file(earlier, path)) {
+            let error = anyhow!("{other} and {flag} both name {}; give each a file of its own", path.display());
+            return Err(Failure::usage(error));
         }
     }
     Ok(())
+}
+
+/// Whether two outputs, which need not exist yet, are one file. Devices such as `/dev/null` may be named twice.
+fn names_same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        folder.canonicalize().ok().zip(path.file_name().map(ToOwned::to_owned))
+    };
+    let is_device = a.metadata().is_ok_and(|metadata| !metadata.is_file());
+    !is_device && (same_file(a, b) || (place(a).is_some() && place(a) == place(b)))
 }
 
 /// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
@@ -156,14 +178,14 @@ fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure
     args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
 }
 
-fn wishes(args: &RenderArgs, sampling: &SpectralSampling) -> Result<Wishes, Failure> {
+fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), Failure> {
     if args.absolute && !matches!(sampling.mode(), SpectralMode::Bands { .. }) {
         return Err(Failure::usage(anyhow!(
             "--absolute needs the `bands` mode: {} has no luminance; use --set spectral.mode=bands:8",
             sampling.mode()
         )));
     }
-    Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)
+    Ok(())
 }
 
 fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {
