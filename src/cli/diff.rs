@@ -45,7 +45,7 @@ fn print(c: &Comparison) -> std::io::Result<()> {
             100.0 * z.share_beyond_3
         )?;
     }
-    if let Some(worst) = &c.worst {
+    if let Some(worst) = c.worst.as_ref().filter(|_| c.n_different > 0) {
         writeln!(out, "worst pixel     ({}, {}): {:?} against {:?}", worst.x, worst.y, worst.a, worst.b)?;
     }
     for (which, names) in [("first", &c.only_in_a), ("second", &c.only_in_b)] {

@@ -9,9 +9,13 @@ use super::progress::Verbosity;
 use super::scene::print_warnings;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::optics::distribution::SizeDistribution;
+use crate::scene::folder::Folder;
 use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, Recipe, View};
 use crate::scene::gltf::write::{Container, write};
+use crate::scene::keys::SETTINGS;
 use crate::scene::model::ParticleKind;
+use crate::scene::settings::Settings;
+use crate::scene::settings_parse::{apply, entries_of_flag};
 use crate::study::make_cloud;
 
 /// Runs the command.
@@ -79,15 +83,19 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
             sun_azimuth_deg: args.sun_azimuth,
             ..View::default()
         },
-        settings: settings(&args.set)?,
+        settings: settings(args)?,
         ..defaults
     })
 }
 
-/// Nests dotted keys; values are JSON where they can be, text otherwise.
-fn settings(pairs: &[(String, String)]) -> Result<Map<String, Value>, Failure> {
-    let mut root = Map::new();
-    for (key, value) in pairs {
+/// Nests dotted keys; values are JSON where they can be, text otherwise. A renderer will read them from the file's folder.
+fn settings(args: &GenerateArgs) -> Result<Map<String, Value>, Failure> {
+    let (mut root, mut read) = (Map::new(), Settings::default());
+    let folder = Folder::of_scene(&args.output);
+    for (key, value) in &args.set {
+        entries_of_flag(key, value)
+            .and_then(|entries| apply(&mut read, &[SETTINGS], &entries, &folder, "--set"))
+            .map_err(|error| Failure::usage(error.in_file(&args.output)))?;
         let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.clone()));
         insert(&mut root, key, value)
             .ok_or_else(|| Failure::usage(anyhow!("--set {key}: a part of this key is already a value")))?;

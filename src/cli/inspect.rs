@@ -15,14 +15,14 @@ use crate::spectrum::{SpectralMode, SpectralSampling};
 
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
-    let scene = load_scene(&args.scene, None)?;
     let effects =
         args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
+    let scene = load_scene(&args.scene, None)?;
     let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
-        .map_err(|error| if effects.is_empty() { Failure::scene(error) } else { Failure::usage(error) })?;
+        .map_err(|error| super::effects::plan_failure(error, &args.scene, &effects))?;
     let facts = SceneFacts::of(&scene);
     if args.json {
         let json = to_json(&scene, &plan, &facts, &sampling);

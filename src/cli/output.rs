@@ -88,6 +88,24 @@ impl Description {
     }
 }
 
+/// File names that promise another format than the one that is written.
+const OTHER_FORMATS: [&str; 12] =
+    ["png", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "json", "gltf"];
+
+/// Refuses names of other formats than OpenEXR.
+pub fn check_kind(path: &Path) -> anyhow::Result<()> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_lowercase();
+    if OTHER_FORMATS.contains(&extension.as_str()) {
+        let exr = path.with_extension("exr");
+        return Err(anyhow!(
+            "--output {}: the picture is OpenEXR; write `-o {}` (and `--preview FILE.png` for a PNG)",
+            path.display(),
+            exr.display()
+        ));
+    }
+    Ok(())
+}
+
 /// The finished picture.
 pub fn picture(
     outcome: &RenderOutcome,

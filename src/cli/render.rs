@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
+use super::effects::plan_failure;
 use super::failure::{Failure, INTERRUPTED};
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Wishes};
@@ -14,9 +15,11 @@ use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
 use crate::image::file::{Existing, check_writable};
 use crate::plan::{self, EffectPlan};
+use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{Prepared, RenderRequest, Stage, Until, render};
+use crate::transport::{Prepared, RenderOutcome, RenderRequest, Stage, Until, render};
+use crate::warning::Warning;
 
 /// Accuracy when neither flag nor scene asks for one.
 pub const STANDARD_ACCURACY: f64 = 0.05;
@@ -40,20 +43,55 @@ pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + 
 
 fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start();
-    let verbosity = verbosity(args);
+    let mut seconds = Seconds::default();
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     check_outputs(args, existing)?;
+    let (scene, job) = understand(args)?;
+    seconds.load = watch.lap();
+    print_warnings(&scene.warnings, job.verbosity);
+    let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
+    say_plan(&job.plan, job.verbosity);
+
+    let progress = Shown::new(job.verbosity, args.time_limit);
+    let outcome = render(&prepared.context(), &job.request, &progress);
+    progress.finish();
+    seconds.render = watch.lap();
+
+    let picture = output::picture(&outcome, &job.description, &job.wishes, &job.sampling);
+    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
+    seconds.write = watch.lap();
+    seconds.total = watch.total();
+    report(args, &job, &prepared, &outcome, seconds, existing)?;
+    // A time limit is a way to be done; an interrupt is not.
+    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+}
+
+/// What is to be done, as flags and scene say it together.
+struct Job {
+    verbosity: Verbosity,
+    wishes: Wishes,
+    sampling: SpectralSampling,
+    plan: EffectPlan,
+    request: RenderRequest,
+    description: output::Description,
+    camera: String,
+    scene_warnings: Vec<Warning>,
+}
+
+/// Reads the scene and settles everything that flags and settings decide.
+fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
+    // What the flags say is checked before a large scene is read.
+    let effects = chosen_effects(args)?;
+    let wishes = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)?;
     let scene = load_scene(&args.scene, args.resolution)?;
     let crop = crop(args, scene.settings.image.resolution)?;
-    let effects = chosen_effects(args)?;
     let accuracy = args.accuracy.or(scene.settings.accuracy.target);
     let target = accuracy.unwrap_or(STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
-    let wishes = wishes(args, &sampling)?;
+    check_absolute(args, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
-        .map_err(|error| if effects.is_empty() { Failure::scene(error) } else { Failure::usage(error) })?;
-    let mut seconds = Seconds { load: watch.lap(), ..Seconds::default() };
+        .map_err(|error| plan_failure(error, &args.scene, &effects))?;
     let request = RenderRequest {
         seed: args.seed,
         until: until(args, accuracy),
@@ -62,51 +100,59 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         spectral: wishes.spectral,
     };
     let description = output::Description::new(&scene, &sampling, &request);
-    let camera_name = scene.camera.name.clone();
-    let mut warnings = scene.warnings.clone();
-    print_warnings(&warnings, verbosity);
+    let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
+    let verbosity = verbosity(args);
+    Ok((scene, Job { verbosity, wishes, sampling, plan, request, description, camera, scene_warnings }))
+}
+
+/// Makes tables and tree, and prints what was noticed on the way.
+fn prepare(
+    args: &RenderArgs,
+    scene: Scene,
+    job: &Job,
+    watch: &mut Stopwatch,
+    seconds: &mut Seconds,
+) -> Result<Prepared, Failure> {
     let cache = if args.no_cache { None } else { cache_folder() };
-    let mut prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
+    let mut prepared = Prepared::new(scene, &job.plan, &job.sampling, cache.as_deref(), &mut |stage| match stage {
         Stage::Tables => seconds.load += watch.lap(),
         Stage::Bvh => seconds.tables = watch.lap(),
         Stage::Ready => seconds.bvh = watch.lap(),
     })
-    .map_err(Failure::scene)?;
+    .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
     prepared.max_order = args.order.unwrap_or(u32::MAX);
-    print_warnings(&prepared.warnings, verbosity);
-    warnings.extend(prepared.warnings.iter().cloned());
-    say_plan(&plan, verbosity);
+    print_warnings(&prepared.warnings, job.verbosity);
+    Ok(prepared)
+}
 
-    let progress = Shown::new(verbosity, args.time_limit);
-    let outcome = render(&prepared.context(), &request, &progress);
-    progress.finish();
-    seconds.render = watch.lap();
-
-    let noise = outcome.film.noise();
-    let picture = output::picture(&outcome, &description, &wishes, &sampling);
-    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
-    seconds.write = watch.lap();
-    seconds.total = watch.total();
+/// Writes the statistics and prints the summary.
+fn report(
+    args: &RenderArgs,
+    job: &Job,
+    prepared: &Prepared,
+    outcome: &RenderOutcome,
+    seconds: Seconds,
+    existing: Existing,
+) -> Result<(), Failure> {
     let stats = Stats {
         scene: args.scene.scene.display().to_string(),
-        camera: camera_name,
-        prepared: &prepared,
-        plan: &plan,
-        request: &request,
-        outcome: &outcome,
-        noise,
+        camera: job.camera.clone(),
+        prepared,
+        plan: &job.plan,
+        request: &job.request,
+        outcome,
+        noise: outcome.film.noise(),
         seconds,
         peak_rss_bytes: peak_rss_bytes(),
-        warnings: &warnings,
+        warnings: &[&job.scene_warnings[..], &prepared.warnings].concat(),
     };
     if let Some(path) = &args.stats {
         stats.write(path, existing)?;
     }
-    if verbosity > Verbosity::Quiet {
+    if job.verbosity > Verbosity::Quiet {
         eprint!("{}", stats.summary(&args.output));
     }
-    // A time limit is a way to be done; an interrupt is not.
-    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+    Ok(())
 }
 
 fn verbosity(args: &RenderArgs) -> Verbosity {
@@ -117,16 +163,35 @@ fn verbosity(args: &RenderArgs) -> Verbosity {
     }
 }
 
-/// Output folders are checked before any work is done.
+/// Outputs are checked before any work is done.
 fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
-    let outputs = [Some(&args.output), args.preview.as_ref(), args.stats.as_ref()];
-    for path in outputs.into_iter().flatten() {
-        check_writable(path, existing).map_err(Failure::other)?;
+    output::check_kind(&args.output).map_err(Failure::usage)?;
+    let outputs: Vec<(&str, &PathBuf)> =
+        [("--output", Some(&args.output)), ("--preview", args.preview.as_ref()), ("--stats", args.stats.as_ref())]
+            .into_iter()
+            .filter_map(|(flag, path)| path.map(|path| (flag, path)))
+            .collect();
+    for (i, (flag, path)) in outputs.iter().enumerate() {
+        check_writable(path, existing).map_err(|error| Failure::other(anyhow::Error::new(error).context(*flag)))?;
         if same_file(path, &args.scene.scene) {
-            return Err(Failure::usage(anyhow!("{} is the scene itself; name another output", path.display())));
+            return Err(Failure::usage(anyhow!("{flag} {}: is the scene itself; name another file", path.display())));
+        }
+        if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| names_same_file(earlier, path)) {
+            let error = anyhow!("{other} and {flag} both name {}; give each a file of its own", path.display());
+            return Err(Failure::usage(error));
         }
     }
     Ok(())
+}
+
+/// Whether two outputs, which need not exist yet, are one file. Devices such as `/dev/null` may be named twice.
+fn names_same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        folder.canonicalize().ok().zip(path.file_name().map(ToOwned::to_owned))
+    };
+    let is_device = a.metadata().is_ok_and(|metadata| !metadata.is_file());
+    !is_device && (same_file(a, b) || (place(a).is_some() && place(a) == place(b)))
 }
 
 /// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
@@ -153,14 +218,14 @@ fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure
     args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
 }
 
-fn wishes(args: &RenderArgs, sampling: &SpectralSampling) -> Result<Wishes, Failure> {
+fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), Failure> {
     if args.absolute && !matches!(sampling.mode(), SpectralMode::Bands { .. }) {
         return Err(Failure::usage(anyhow!(
             "--absolute needs the `bands` mode: {} has no luminance; use --set spectral.mode=bands:8",
             sampling.mode()
         )));
     }
-    Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)
+    Ok(())
 }
 
 fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {

@@ -30,6 +30,9 @@ const Q_MAX_WAVELENGTHS_ABOVE_CAP: usize = 3;
 const Q_MAX_ACCURACY: AverageAccuracy =
     AverageAccuracy { size_tolerance: 1e-2, angle_tolerance: 1e-2, max_radii: 256, max_terms: 1e6 };
 
+/// Above this size parameter a sphere's waves take megabytes (six numbers per order).
+const ONE_AT_A_TIME_X: f64 = 1e5;
+
 /// What a size bin does to light of one wavelength; cross sections are means per droplet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BinOptics {
@@ -165,6 +168,11 @@ impl BinJob<'_> {
             albedo: if c_ext_m2 > 0.0 { c_sca_m2 / c_ext_m2 } else { 0.0 },
             phase,
         }
+    }
+
+    /// Whether its spheres need so much memory that they are solved one at a time.
+    pub fn is_large(&self) -> bool {
+        2.0 * PI * self.bin.distribution.r_max_m / (VISIBLE_MIN_NM * 1e-9) > ONE_AT_A_TIME_X
     }
 
     /// The largest extinction efficiency over 380-780 nm, as far as the material's data reach.

@@ -42,13 +42,17 @@ pub struct CrossSections {
 }
 
 impl Ensemble {
+    /// Spheres of index `m` at a vacuum wavelength, of which cross sections are wanted alone: their series are not kept.
+    pub fn without_series(m: Complex64, wavelength_m: f64, sizes: Vec<(f64, f64)>) -> Self {
+        Self { m, wave_number_per_m: 2.0 * PI / wavelength_m, sizes, kept: Vec::new() }
+    }
+
     /// Spheres of index `m` at a vacuum wavelength; `sizes` are radii in m and weights.
     ///
     /// # Errors
     /// When a sphere is outside the domain of the Mie series.
     pub fn new(m: Complex64, wavelength_m: f64, sizes: Vec<(f64, f64)>) -> Result<Self, MieError> {
-        let wave_number_per_m = 2.0 * PI / wavelength_m;
-        let mut ensemble = Self { m, wave_number_per_m, sizes, kept: Vec::new() };
+        let mut ensemble = Self::without_series(m, wavelength_m, sizes);
         // Two complex numbers per term.
         if ensemble.terms() * 32.0 <= KEPT_BYTES {
             let chunks = ensemble.sizes.par_chunks(CHUNK).map(|chunk| ensemble.solve(chunk));
@@ -87,28 +91,33 @@ impl Ensemble {
     /// # Errors
     /// When a sphere is outside the domain of the Mie series.
     pub fn cross_sections(&self) -> Result<CrossSections, MieError> {
-        let chunks: Vec<&[(f64, f64)]> = self.sizes.chunks(CHUNK).collect();
-        let sums: Vec<CrossSections> = chunks
-            .into_par_iter()
-            .map(|chunk| {
-                let mut solver = Solver::new();
-                chunk.iter().try_fold(CrossSections::default(), |sum, (r_m, weight)| {
-                    let q = solver.efficiencies(r_m * self.wave_number_per_m, self.m)?;
-                    let area_m2 = weight * PI * r_m * r_m;
-                    let one = CrossSections {
-                        c_ext_m2: area_m2 * q.q_ext,
-                        c_sca_m2: area_m2 * q.q_sca,
-                        c_abs_m2: area_m2 * q.q_abs,
-                        g: area_m2 * q.q_sca * q.g,
-                        area_m2,
-                    };
-                    Ok(sum.plus(one))
-                })
-            })
-            .collect::<Result<_, MieError>>()?;
+        let starts: Vec<usize> = (0..self.sizes.len()).step_by(CHUNK).collect();
+        let sums: Vec<CrossSections> =
+            starts.into_par_iter().map(|start| self.chunk_cross_sections(start)).collect::<Result<_, MieError>>()?;
         let mut sum = sums.into_iter().fold(CrossSections::default(), CrossSections::plus);
         sum.g = if sum.c_sca_m2 > 0.0 { sum.g / sum.c_sca_m2 } else { 0.0 };
         Ok(sum)
+    }
+
+    fn chunk_cross_sections(&self, start: usize) -> Result<CrossSections, MieError> {
+        let end = (start + CHUNK).min(self.sizes.len());
+        let mut solver = Solver::new();
+        (start..end).try_fold(CrossSections::default(), |sum, i| {
+            let (r_m, weight) = self.sizes[i];
+            let q = match self.kept.get(i) {
+                Some(series) => series.efficiencies(),
+                None => solver.efficiencies(r_m * self.wave_number_per_m, self.m)?,
+            };
+            let area_m2 = weight * PI * r_m * r_m;
+            let one = CrossSections {
+                c_ext_m2: area_m2 * q.q_ext,
+                c_sca_m2: area_m2 * q.q_sca,
+                c_abs_m2: area_m2 * q.q_abs,
+                g: area_m2 * q.q_sca * q.g,
+                area_m2,
+            };
+            Ok(sum.plus(one))
+        })
     }
 
     /// The summed intensities (|S1|^2 + |S2|^2) / 2 at angles in rad.

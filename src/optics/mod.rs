@@ -21,6 +21,7 @@ pub mod size_average;
 pub mod size_law;
 pub mod size_nodes;
 pub mod tables;
+mod turns;
 
 pub use bin_optics::BinOptics;
 pub use distribution_error::DistributionError;

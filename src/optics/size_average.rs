@@ -154,10 +154,8 @@ impl SizeAverage {
         }
     }
 
-    fn over_radii(m: Complex64, wavelength_m: f64, mut radii: Vec<(f64, f64)>) -> Result<Self, MieError> {
-        let total: f64 = radii.iter().map(|(_, weight)| weight).sum();
-        radii.iter_mut().for_each(|(_, weight)| *weight /= total);
-        let ensemble = Ensemble::new(m, wavelength_m, radii)?;
+    fn over_radii(m: Complex64, wavelength_m: f64, radii: Vec<(f64, f64)>) -> Result<Self, MieError> {
+        let ensemble = Ensemble::new(m, wavelength_m, shares(radii))?;
         Ok(Self { cross_sections: ensemble.cross_sections()?, change: Change::default(), ensemble })
     }
 
@@ -193,6 +191,13 @@ impl SizeAverage {
     }
 }
 
+/// Weights that add up to 1.
+fn shares(mut radii: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let total: f64 = radii.iter().map(|(_, weight)| weight).sum();
+    radii.iter_mut().for_each(|(_, weight)| *weight /= total);
+    radii
+}
+
 /// Cross sections alone, without intensities: the radii are doubled until C_ext and g stand still.
 ///
 /// # Errors
@@ -203,17 +208,17 @@ pub fn average_cross_sections(
     sizes: &Sizes,
     accuracy: AverageAccuracy,
 ) -> Result<CrossSections, MieError> {
+    let over = |radii| Ensemble::without_series(m, wavelength_m, radii).cross_sections();
     let law = match sizes {
-        Sizes::Law(law) if law.mono_radius().is_none() => law,
-        Sizes::Law(law) => {
-            let radius = law.mono_radius().map_or_else(Vec::new, |r_m| vec![(r_m, 1.0)]);
-            return Ok(SizeAverage::over_radii(m, wavelength_m, radius)?.cross_sections);
-        }
-        Sizes::Radii(radii) => return Ok(SizeAverage::over_radii(m, wavelength_m, radii.clone())?.cross_sections),
+        Sizes::Law(law) => law,
+        Sizes::Radii(radii) => return over(shares(radii.clone())),
     };
+    if let Some(r_m) = law.mono_radius() {
+        return over(vec![(r_m, 1.0)]);
+    }
     let strata = SizeStrata::new(law);
     let max_radii = accuracy.max_radii_for(strata.mean_radius_m() * 2.0 * PI / wavelength_m);
-    let average = |radii: usize| Ensemble::new(m, wavelength_m, strata.nodes(radii))?.cross_sections();
+    let average = |radii: usize| over(strata.nodes(radii));
     let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
     let mut coarse = average(radii)?;
     loop {

@@ -18,6 +18,7 @@ use super::phase_function::PhaseFunction;
 use super::phase_model::PhaseModel;
 use super::phase_table::PhaseTable;
 use super::size_average::AverageAccuracy;
+use super::turns::in_turns;
 use crate::mie::MieError;
 use crate::spectrum::observer::VISIBLE_MIN_NM;
 use crate::warning::Warning;
@@ -97,12 +98,11 @@ impl OpticalTables {
         let cache = settings.cache.map(TableCache::new);
         let pairs: Vec<(usize, usize)> =
             (0..jobs.len()).flat_map(|bin| (0..settings.wavelengths_m.len()).map(move |w| (bin, w))).collect();
-        let mut optics = pairs
-            .into_par_iter()
-            .map(|(bin, w)| jobs[bin].optics(settings.wavelengths_m[w], shared.capped(bin, w), cache.as_ref()))
-            .collect::<Result<Vec<_>, _>>()?
-            .into_iter();
-        let visible = jobs.par_iter().map(BinJob::visible_q_max).collect::<Result<Vec<f64>, _>>()?;
+        let compute = |(bin, w): &(usize, usize)| {
+            jobs[*bin].optics(settings.wavelengths_m[*w], shared.capped(*bin, *w), cache.as_ref())
+        };
+        let mut optics = in_turns(&pairs, |(bin, _)| jobs[*bin].is_large(), compute)?.into_iter();
+        let visible = in_turns(&jobs, BinJob::is_large, BinJob::visible_q_max)?;
         let mut bins = Vec::with_capacity(jobs.len());
         for (job, visible_q_max) in jobs.iter().zip(visible) {
             let optics: Vec<BinOptics> = optics.by_ref().take(settings.wavelengths_m.len()).collect();

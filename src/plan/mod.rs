@@ -57,7 +57,7 @@ pub struct EffectPlan {
 #[non_exhaustive]
 pub enum PlanError {
     /// An effect that this version cannot simulate was asked for.
-    #[error("effect `{0}` is not in this version yet: leave it on `auto` or switch it off (`--effects -{0}`)")]
+    #[error("this effect is not in this version yet; leave it on `auto`, or switch it off with `--effects -{0}`")]
     NotYet(&'static str),
 }
 
