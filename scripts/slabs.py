@@ -15,6 +15,7 @@ the exit code is 1 when one exceeds 4.
 import argparse
 import json
 import math
+import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -151,13 +152,15 @@ def compare(program, folder, limit, direction):
     return Outcome(direction, z, deviation, error, error > target, seconds + pilot_seconds)
 
 
-def print_table(outcomes):
-    print("| phase | depth | albedo | sun | directions | short | worst abs z | rms z | largest deviation | its error | CPU s |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
+def print_table(outcomes, keys):
+    """One row for each combination of these keys of the case."""
+    names = {"tau": "depth", "sun_zenith_deg": "sun"}
+    columns = ["directions", "short", "worst abs z", "rms z", "largest deviation", "its error", "CPU s"]
+    print("|", " | ".join([names.get(key, key) for key in keys] + columns), "|")
+    print("|" + "---|" * (len(keys) + len(columns)))
     rows = {}
     for outcome in outcomes:
-        case = outcome.direction.case
-        rows.setdefault((case["phase"], case["tau"], case["albedo"], case["sun_zenith_deg"]), []).append(outcome)
+        rows.setdefault(tuple(outcome.direction.case[key] for key in keys), []).append(outcome)
     for key, row in rows.items():
         z = np.array([o.z for o in row])
         worst = max(row, key=lambda o: abs(o.deviation))
@@ -166,6 +169,7 @@ def print_table(outcomes):
             f"{np.sqrt((z**2).mean()):.2f} | {100 * worst.deviation:+.2f} % | {100 * worst.error:.2f} % |",
             f"{sum(o.seconds for o in row):.0f} |",
         )
+    print()
 
 
 def arguments():
@@ -189,14 +193,20 @@ def main():
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(args.jobs) as pool:
         copy_tables(folder)
         program = args.program.resolve()
-        outcomes = list(pool.map(lambda d: compare(program, Path(folder), args.limit, d), chosen))
-    print_table(outcomes)
+        outcomes = []
+        for outcome in pool.map(lambda d: compare(program, Path(folder), args.limit, d), chosen):
+            outcomes.append(outcome)
+            print(f"\r{len(outcomes)} of {len(chosen)} directions", end="", file=sys.stderr, flush=True)
+        print(file=sys.stderr)
+    print_table(outcomes, ["phase", "tau", "albedo", "sun_zenith_deg"])
+    print("All albedos and suns:\n")
+    print_table(outcomes, ["phase", "tau"])
     z = np.array([o.z for o in outcomes])
     failed = [o for o in outcomes if abs(o.z) > ALLOWED_Z]
     for outcome in failed:
         print(f"above {ALLOWED_Z}: z {outcome.z:.2f}, deviation {outcome.deviation:.4f}, {outcome.direction}")
     print(
-        f"\n{len(outcomes)} of {len(every)} directions: {len(failed)} beyond {ALLOWED_Z} errors, "
+        f"{len(outcomes)} of {len(every)} directions: {len(failed)} beyond {ALLOWED_Z} errors, "
         f"{sum(o.short for o in outcomes)} short of samples, worst |z| {abs(z).max():.2f}, "
         f"rms z {np.sqrt((z**2).mean()):.2f}, {sum(o.seconds for o in outcomes):.0f} CPU seconds"
     )
