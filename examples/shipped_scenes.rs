@@ -37,7 +37,8 @@ fn fog() -> Result<Recipe, Box<dyn Error>> {
         patchiness: 1.0,
         view: View { camera: Some(camera), sun_elevation_deg: 13.0, sun_azimuth_deg: 20.0, ..View::default() },
         settings: settings(json!({
-            "accuracy": { "target": 0.1 },
+            "accuracy": { "target": 0.06 },
+            "effects": { "multiple": "off" },
             "background": { "radiance": [0.05, 0.07, 0.11] },
         })),
         ..Recipe::new(CloudShape::new("slab", &[160.0, 12.0, 160.0])?)

@@ -94,7 +94,7 @@ fn single_scattering_by_a_parcel_is_the_analytic_integral() {
             scene.classes[0].albedo = Some(albedo);
             scene.particles = vec![parcel(DVec3::ZERO, 1.0, sigma_per_m / c_ext_m2() * 4.0 / 3.0 * PI)];
             scene.suns = vec![sun(direction)];
-            let (mean, error) = mean_and_error(&render_scene(scene, 1000, 5));
+            let (mean, error) = mean_and_error(&render_once(scene, 1000, 5));
             // Light that travels along +z comes straight to the camera.
             let mu = direction.normalize().z;
             let phase = (1.0 - g * g) / (4.0 * PI) / (1.0 + g * g - 2.0 * g * mu).powf(1.5);
@@ -115,7 +115,7 @@ fn boxes_and_overlapping_parcels_of_the_same_density_look_the_same() {
         // So narrow that sunlight leaves the box at an edge for all of it.
         scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 1e-8);
         scene.fog_boxes = density.iter().map(|d| fog_box(DVec3::ZERO, DVec3::ONE, *d)).collect();
-        mean_and_error(&render_scene(scene, 1000, 3))
+        mean_and_error(&render_once(scene, 1000, 3))
     };
     let (one, one_error) = single(&[sigma_per_m]);
     let (five, five_error) =

@@ -7,8 +7,11 @@ use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use num_complex::Complex64;
 
 use super::mie::angles::AngleList;
+use super::values::{
+    length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
+    parse_point, parse_positive, parse_resolution, parse_share, parse_water,
+};
 use crate::scene::generate::CloudShape;
-use crate::units::parse_length_m;
 
 /// Renders clouds of droplets with true Lorenz-Mie scattering.
 #[derive(Debug, Parser)]
@@ -114,7 +117,7 @@ pub struct RenderArgs {
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
     #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
     pub accuracy: Option<f64>,
-    /// Highest order of scattering; 1 in this version
+    /// Most times that light is scattered by droplets [default: unlimited]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub order: Option<u32>,
     /// Seed of the random numbers
@@ -298,94 +301,6 @@ pub struct DiffArgs {
     pub max_rel: Option<f64>,
 }
 
-fn length(text: &str) -> Result<f64, String> {
-    let value = parse_length_m(text).map_err(|e| e.to_string())?;
-    if value > 0.0 { Ok(value) } else { Err("a length above zero is needed".into()) }
-}
-
-fn parse_key_value(text: &str) -> Result<(String, String), String> {
-    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, e.g. atmosphere.step_m=0.1")?;
-    Ok((key.trim().to_owned(), value.trim().to_owned()))
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    text.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| format!("`{text}` is not a number"))
-}
-
-fn parse_positive(text: &str) -> Result<f64, String> {
-    number(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("a number above zero is needed".into()) })
-}
-
-fn parse_nonnegative(text: &str) -> Result<f64, String> {
-    number(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("a number not below zero is needed".into()) })
-}
-
-fn parse_share(text: &str) -> Result<f64, String> {
-    number(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("a number between 0 and 1 is needed".into()) })
-}
-
-/// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
-fn parse_index(text: &str) -> Result<Complex64, String> {
-    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
-    match parts[..] {
-        [n] => Ok(Complex64::new(n, 0.0)),
-        [n, k] => Ok(Complex64::new(n, k)),
-        _ => Err("write real and imaginary part as N,K, e.g. 1.33,0".into()),
-    }
-}
-
-fn parse_accuracy(text: &str) -> Result<f64, String> {
-    crate::plan::accuracy_level(text)
-        .ok_or_else(|| "draft, standard, fine, reference or a number between 0 and 1 is needed".into())
-}
-
-fn whole<const N: usize>(text: &str, separator: char, form: &str) -> Result<[u32; N], String> {
-    let parts: Option<Vec<u32>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
-    parts.and_then(|p| p.try_into().ok()).ok_or_else(|| format!("`{text}` is not of the form {form}"))
-}
-
-fn parse_resolution(text: &str) -> Result<[u32; 2], String> {
-    let size = whole::<2>(text, 'x', "WxH, e.g. 640x360")?;
-    if size.iter().all(|side| (1..=65_536).contains(side)) {
-        Ok(size)
-    } else {
-        Err("each side must be 1 to 65536 pixels".into())
-    }
-}
-
-fn parse_crop(text: &str) -> Result<[u32; 4], String> {
-    let crop = whole::<4>(text, ',', "X,Y,W,H, e.g. 0,0,64,64")?;
-    if crop[2] > 0 && crop[3] > 0 { Ok(crop) } else { Err("width and height must be at least 1".into()) }
-}
-
-/// A count may be written 1e6.
-fn parse_count(text: &str) -> Result<u64, String> {
-    let value = number(text)?;
-    if value >= 1.0 && value.fract() == 0.0 && value <= 1e15 {
-        Ok(value as u64)
-    } else {
-        Err("a whole number of at least 1 is needed, e.g. 1e6".into())
-    }
-}
-
-/// A point such as `0m,1.5m,-3m`.
-fn parse_point(text: &str) -> Result<[f64; 3], String> {
-    let coordinate = |part: &str| match part.trim().strip_prefix('-') {
-        Some(positive) => parse_length_m(positive).map(|value| -value),
-        None => parse_length_m(part.trim()),
-    };
-    let parts: Vec<f64> = text.split(',').map(coordinate).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
-    parts.try_into().map_err(|_| "three coordinates separated by commas are needed, e.g. 0m,1.5m,3m".into())
-}
-
-fn parse_water(text: &str) -> Result<f64, String> {
-    let (value, unit) = crate::units::split_unit(text.trim());
-    if !matches!(unit, "g/m3" | "g/m^3") {
-        return Err("write grams per cubic metre, e.g. 0.3g/m3".into());
-    }
-    parse_positive(value)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -394,14 +309,5 @@ mod tests {
     #[test]
     fn the_definition_of_the_arguments_is_sound() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn counts_sizes_and_water_are_read_with_their_units() {
-        assert_eq!(parse_count("1e6"), Ok(1_000_000));
-        assert!(parse_count("1.5").is_err());
-        assert_eq!(parse_point("20m,-2m,0.5km"), Ok([20.0, -2.0, 500.0]));
-        assert_eq!(parse_water("0.3g/m3"), Ok(0.3));
-        assert!(parse_water("0.3").is_err());
     }
 }

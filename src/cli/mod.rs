@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod scene;
 mod stats;
+mod values;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -15,9 +15,11 @@ use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
 use crate::image::file::{Existing, check_writable};
 use crate::plan::{self, EffectPlan};
+use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{Prepared, RenderRequest, Stage, Until, render};
+use crate::transport::{Prepared, RenderOutcome, RenderRequest, Stage, Until, render};
+use crate::warning::Warning;
 
 /// Accuracy when neither flag nor scene asks for one.
 pub const STANDARD_ACCURACY: f64 = 0.05;
@@ -41,9 +43,43 @@ pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + 
 
 fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start();
-    let verbosity = verbosity(args);
+    let mut seconds = Seconds::default();
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     check_outputs(args, existing)?;
+    let (scene, job) = understand(args)?;
+    seconds.load = watch.lap();
+    print_warnings(&scene.warnings, job.verbosity);
+    let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
+    say_plan(&job.plan, job.verbosity);
+
+    let progress = Shown::new(job.verbosity, args.time_limit);
+    let outcome = render(&prepared.context(), &job.request, &progress);
+    progress.finish();
+    seconds.render = watch.lap();
+
+    let picture = output::picture(&outcome, &job.description, &job.wishes, &job.sampling);
+    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
+    seconds.write = watch.lap();
+    seconds.total = watch.total();
+    report(args, &job, &prepared, &outcome, seconds, existing)?;
+    // A time limit is a way to be done; an interrupt is not.
+    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+}
+
+/// What is to be done, as flags and scene say it together.
+struct Job {
+    verbosity: Verbosity,
+    wishes: Wishes,
+    sampling: SpectralSampling,
+    plan: EffectPlan,
+    request: RenderRequest,
+    description: output::Description,
+    camera: String,
+    scene_warnings: Vec<Warning>,
+}
+
+/// Reads the scene and settles everything that flags and settings decide.
+fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     // What the flags say is checked before a large scene is read.
     let effects = chosen_effects(args)?;
     let wishes = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)?;
@@ -56,7 +92,6 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     check_absolute(args, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
         .map_err(|error| plan_failure(error, &args.scene, &effects))?;
-    let mut seconds = Seconds { load: watch.lap(), ..Seconds::default() };
     let request = RenderRequest {
         seed: args.seed,
         until: until(args, accuracy),
@@ -65,50 +100,59 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         spectral: wishes.spectral,
     };
     let description = output::Description::new(&scene, &sampling, &request);
-    let camera_name = scene.camera.name.clone();
-    let mut warnings = scene.warnings.clone();
-    print_warnings(&warnings, verbosity);
+    let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
+    let verbosity = verbosity(args);
+    Ok((scene, Job { verbosity, wishes, sampling, plan, request, description, camera, scene_warnings }))
+}
+
+/// Makes tables and tree, and prints what was noticed on the way.
+fn prepare(
+    args: &RenderArgs,
+    scene: Scene,
+    job: &Job,
+    watch: &mut Stopwatch,
+    seconds: &mut Seconds,
+) -> Result<Prepared, Failure> {
     let cache = if args.no_cache { None } else { cache_folder() };
-    let prepared = Prepared::new(scene, &plan, &sampling, cache.as_deref(), &mut |stage| match stage {
+    let mut prepared = Prepared::new(scene, &job.plan, &job.sampling, cache.as_deref(), &mut |stage| match stage {
         Stage::Tables => seconds.load += watch.lap(),
         Stage::Bvh => seconds.tables = watch.lap(),
         Stage::Ready => seconds.bvh = watch.lap(),
     })
     .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
-    print_warnings(&prepared.warnings, verbosity);
-    warnings.extend(prepared.warnings.iter().cloned());
-    say_plan(&plan, verbosity);
+    prepared.max_order = args.order.unwrap_or(u32::MAX);
+    print_warnings(&prepared.warnings, job.verbosity);
+    Ok(prepared)
+}
 
-    let progress = Shown::new(verbosity, args.time_limit);
-    let outcome = render(&prepared.context(), &request, &progress);
-    progress.finish();
-    seconds.render = watch.lap();
-
-    let noise = outcome.film.noise();
-    let picture = output::picture(&outcome, &description, &wishes, &sampling);
-    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
-    seconds.write = watch.lap();
-    seconds.total = watch.total();
+/// Writes the statistics and prints the summary.
+fn report(
+    args: &RenderArgs,
+    job: &Job,
+    prepared: &Prepared,
+    outcome: &RenderOutcome,
+    seconds: Seconds,
+    existing: Existing,
+) -> Result<(), Failure> {
     let stats = Stats {
         scene: args.scene.scene.display().to_string(),
-        camera: camera_name,
-        prepared: &prepared,
-        plan: &plan,
-        request: &request,
-        outcome: &outcome,
-        noise,
+        camera: job.camera.clone(),
+        prepared,
+        plan: &job.plan,
+        request: &job.request,
+        outcome,
+        noise: outcome.film.noise(),
         seconds,
         peak_rss_bytes: peak_rss_bytes(),
-        warnings: &warnings,
+        warnings: &[&job.scene_warnings[..], &prepared.warnings].concat(),
     };
     if let Some(path) = &args.stats {
         stats.write(path, existing)?;
     }
-    if verbosity > Verbosity::Quiet {
+    if job.verbosity > Verbosity::Quiet {
         eprint!("{}", stats.summary(&args.output));
     }
-    // A time limit is a way to be done; an interrupt is not.
-    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+    Ok(())
 }
 
 fn verbosity(args: &RenderArgs) -> Verbosity {
@@ -171,10 +215,6 @@ fn crop(args: &RenderArgs, [width, height]: [u32; 2]) -> Result<[u32; 4], Failur
 }
 
 fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure> {
-    if args.order.is_some_and(|order| order > 1) {
-        let error = anyhow!("--order: multiple scattering is not in this version yet; leave the flag out or give 1");
-        return Err(Failure::usage(error));
-    }
     args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
 }
 

@@ -84,11 +84,13 @@ impl Stats<'_> {
         })
     }
 
-    /// Render time is not split by effect where one loop simulates them together: `direct` carries it all.
+    /// One loop simulates all effects together, so their seconds are not known apart: null.
     fn effects(&self) -> Value {
         let one = |(effect, name): &(Effect, &str)| {
             let decision = self.plan.decisions.iter().find(|decision| decision.effect == *effect)?;
-            let value = json!({ "on": decision.on, "reason": decision.reason, "estimate": decision.estimate });
+            let value = json!({
+                "on": decision.on, "reason": decision.reason, "estimate": decision.estimate, "seconds": null,
+            });
             Some(((*name).to_owned(), value))
         };
         Value::Object(Effect::ALL.iter().filter_map(one).collect())

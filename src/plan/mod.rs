@@ -62,7 +62,7 @@ pub enum PlanError {
 }
 
 /// Effects whose names exist before their simulation does.
-const NOT_YET: [Effect; 5] = [Effect::Multiple, Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
+const NOT_YET: [Effect; 4] = [Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 const SHARE_OF_TARGET: f64 = 0.1;

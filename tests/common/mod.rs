@@ -100,6 +100,11 @@ pub fn render_scene(scene: Scene, spp: u32, seed: u64) -> RenderOutcome {
     render_with(scene, spp, seed, &BTreeMap::new())
 }
 
+/// Renders a scene with light scattered once only.
+pub fn render_once(scene: Scene, spp: u32, seed: u64) -> RenderOutcome {
+    render_with(scene, spp, seed, &BTreeMap::from([(Effect::Multiple, Switch::Off)]))
+}
+
 pub fn render_with(scene: Scene, spp: u32, seed: u64, effects: &BTreeMap<Effect, Switch>) -> RenderOutcome {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: 8 });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);

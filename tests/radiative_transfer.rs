@@ -1,0 +1,113 @@
+//! All orders of scattering against radiative transfer: plane-parallel slabs by discrete ordinates, furnaces, orders.
+
+mod common;
+
+use common::*;
+use glam::{DMat3, DVec3};
+use mie_cloud::optics::phase_model::PhaseModel;
+use mie_cloud::scene::model::Scene;
+use serde_json::Value;
+
+/// A slab of unit thickness, so wide that its edges do not matter, with its top at z = 0.5 and light coming down.
+fn slab(case: &Value) -> Scene {
+    let number = |key: &str| case[key].as_f64().unwrap();
+    let mut scene = empty_scene();
+    let half = DVec3::new(1e3, 1e3, 0.5);
+    scene.fog_boxes = vec![fog_box(DVec3::ZERO, half, number("tau"))];
+    scene.classes[0].albedo = Some(number("albedo"));
+    scene.classes[0].phase = match case["phase"].as_str().unwrap() {
+        "iso" => PhaseModel::Isotropic,
+        hg => PhaseModel::HenyeyGreenstein { g: Some(hg.trim_start_matches("hg").parse().unwrap()) },
+    };
+    let zenith = number("sun_zenith_deg").to_radians();
+    scene.suns = vec![sun(DVec3::new(zenith.sin(), 0.0, -zenith.cos()))];
+    scene
+}
+
+/// Looks at the slab against light that travels with the given cosine to +z (reflected) or -z (transmitted).
+fn look(scene: &mut Scene, mu: f64, azimuth_deg: f64, reflected: bool) {
+    let up = if reflected { mu } else { -mu };
+    let (sin, phi) = ((1.0 - mu * mu).sqrt(), azimuth_deg.to_radians());
+    let travel = DVec3::new(sin * phi.cos(), sin * phi.sin(), up);
+    let (x, y) = travel.any_orthonormal_pair();
+    scene.camera = orthographic(travel * 10.0, 0.01);
+    scene.camera.world_from_camera = DMat3::from_cols(x, y, travel);
+}
+
+/// Rationale: the picture of a wide slab is the solution of the one-dimensional equation of transfer. Set-up: cases of
+/// isotropic and Henyey-Greenstein slabs from a discrete-ordinate solver. Expected: radiances within four combined
+/// errors; own errors at most 2 % here, so that the test stays short.
+#[test]
+fn slabs_have_the_radiances_of_discrete_ordinates() {
+    let cases: Value = serde_json::from_str(include_str!("data/transport/slabs.json")).unwrap();
+    let mut checked = 0;
+    for case in cases["cases"].as_array().unwrap() {
+        for (key, reflected) in [("reflected_radiance", true), ("transmitted_diffuse_radiance", false)] {
+            for (i, mu) in case["view_mu"].as_array().unwrap().iter().enumerate() {
+                let azimuths = case["rel_azimuth_deg"].as_array().unwrap();
+                // Every third direction, a different azimuth each time.
+                let j = i % azimuths.len();
+                if (i + usize::from(reflected)) % 3 != 0 {
+                    continue;
+                }
+                let expected = case[key][i][j].as_f64().unwrap();
+                let mut scene = slab(case);
+                look(&mut scene, mu.as_f64().unwrap(), azimuths[j].as_f64().unwrap(), reflected);
+                let (mean, error) = mean_and_error(&render_scene(scene, 1500, 1 + checked));
+                let digits = &case[if reflected { "agree_digits_reflected" } else { "agree_digits_transmitted" }][i][j];
+                let allowed = 4.0 * (error + 10f64.powf(-digits.as_f64().unwrap()) * expected);
+                assert!((mean - expected).abs() < allowed, "{case}\n{key}[{i}][{j}]: {mean} +- {error}");
+                assert!(error < 0.02 * expected, "{case}\n{key}[{i}][{j}]: {error} of {expected}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked >= 12, "{checked}");
+}
+
+/// A white furnace: what neither absorbs nor emits cannot be seen in surroundings of one radiance.
+#[test]
+fn white_clouds_vanish_in_a_furnace() {
+    let forms: [fn(&mut Scene); 4] = [
+        |scene| scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::new(1.0, 2.0, 0.5), 3.0)],
+        |scene| scene.particles = vec![parcel(DVec3::ZERO, 1.0, 4e10), parcel(DVec3::X * 0.5, 0.7, 1e10)],
+        |scene| {
+            let at = |i: i32| DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) / 5.0 - 1.0;
+            scene.particles = (0..1000).map(|i| droplet(at(i) * 1.01, 0.1, 5e-6)).collect();
+        },
+        |scene| {
+            scene.fog_boxes = vec![fog_box(DVec3::Y * 0.3, DVec3::ONE, 1.0)];
+            scene.particles = vec![parcel(DVec3::ZERO, 1.0, 2e10), droplet(DVec3::Z * 0.2, 0.4, 5e-6)];
+        },
+    ];
+    for (i, form) in forms.into_iter().enumerate() {
+        let mut scene = empty_scene();
+        form(&mut scene);
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.6) });
+        scene.classes[0].albedo = Some(1.0);
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.8);
+        scene.settings.background.radiance = [0.5; 3];
+        scene.suns[0].lux = 0.0;
+        let outcome = render_scene(scene, 400, 5);
+        let (mean, error) = mean_and_error(&outcome);
+        assert!((mean - 0.5).abs() < 4.0 * error + 1e-6, "form {i}: {mean} +- {error}");
+        assert!(error < 0.003, "form {i}: {error}");
+    }
+}
+
+#[test]
+fn orders_add_up() {
+    let scene = |_| {
+        let mut scene = empty_scene();
+        with_phase(&mut scene, PhaseModel::Isotropic);
+        scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::ONE, 1.0)];
+        scene
+    };
+    let all = render_scene(scene(()), 200, 3);
+    let once = render_once(scene(()), 200, 3);
+    assert_eq!(mean_of(&once, "direct.G"), mean_of(&all, "direct.G"), "the first order is drawn alike");
+    assert_eq!(mean_of(&once, "multiple.G"), 0.0);
+    let (direct, multiple) = (mean_of(&all, "direct.G"), mean_of(&all, "multiple.G"));
+    assert!((direct + multiple - mean_of(&all, "G")).abs() < 1e-6);
+    assert!(multiple > 0.3 * direct, "{multiple} {direct}");
+}
