@@ -38,7 +38,10 @@ fn rate(rays: &[(DVec3, DVec3)], mut trace: impl FnMut(DVec3, DVec3)) -> f64 {
 fn main() {
     let counts: Vec<usize> = std::env::args().filter_map(|arg| arg.parse::<f64>().ok()).map(|n| n as usize).collect();
     let counts = if counts.is_empty() { vec![1_000, 10_000, 100_000, 1_000_000] } else { counts };
-    println!("{:>10} {:>10} {:>14} {:>14} {:>10}", "spheres", "build s", "closest Mray/s", "all Mray/s", "bytes each");
+    println!(
+        "{:>10} {:>10} {:>14} {:>14} {:>10} {:>10}",
+        "spheres", "build s", "closest Mray/s", "all Mray/s", "SIMD gain", "bytes each"
+    );
     for n in counts {
         let particles = cloud(n);
         let start = Instant::now();
@@ -56,6 +59,14 @@ fn main() {
             black_box(sum);
         });
         let bytes = (accel.geometry_bytes() + accel.tree_bytes()) as f64 / n as f64;
-        println!("{n:>10} {build_s:>10.3} {closest:>14.3} {all:>14.3} {bytes:>10.1}");
+        let plain = accel.without_simd();
+        let plain_all = rate(&rays, |origin, direction| {
+            let ray = plain.local_ray(origin, direction);
+            let mut sum = 0.0;
+            plain.all(&ray, 0.0, f64::INFINITY, |_, crossing: Crossing| sum += crossing.start());
+            black_box(sum);
+        });
+        let gain = all / plain_all;
+        println!("{n:>10} {build_s:>10.3} {closest:>14.3} {all:>14.3} {gain:>10.2} {bytes:>10.1}");
     }
 }

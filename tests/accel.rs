@@ -169,6 +169,29 @@ fn a_million_particles_in_one_point_are_one() {
     assert_eq!(load, 1e6);
 }
 
+/// What is found does not depend on the processor's vector instructions.
+#[test]
+fn every_walk_finds_the_same() {
+    use rand::{RngExt, SeedableRng};
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(11);
+    let mut at = || DVec3::new(rng.random(), rng.random(), rng.random());
+    let particles: Vec<Placed> = (0..20_000)
+        .map(|_| Placed { center_m: at(), radius_m: 5e-3, load: 1.0, bin: 0, kind: BodyKind::Ball })
+        .collect();
+    let fast = Accel::build(particles.clone(), &[]);
+    let plain = Accel::build(particles, &[]).without_simd();
+    for _ in 0..2_000 {
+        let (origin, direction) = (at() * 3.0 - 1.0, (at() - 0.5).normalize());
+        let met = |accel: &Accel| {
+            let mut found = Vec::new();
+            let ray = accel.local_ray(origin, direction);
+            accel.all(&ray, 0.0, f64::INFINITY, |body, crossing| found.push((body.id, crossing.start().to_bits())));
+            (found, accel.closest(&ray, 0.0, None, |_, crossing| Some(crossing.start().max(1e-9))))
+        };
+        assert_eq!(met(&fast), met(&plain));
+    }
+}
+
 /// Shells about one centre, and a chain of ever smaller neighbours: both make obvhs' own tree a list.
 #[test]
 fn nested_shells_and_geometric_chains_keep_the_tree_shallow() {

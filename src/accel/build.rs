@@ -14,10 +14,11 @@ use rayon::prelude::*;
 use super::body::{Body, BodyKind, BoxShape};
 use super::frame::CloudFrame;
 use super::group::group_coincident;
+use super::walk::Walker;
 use super::{Accel, LINEAR_LIMIT, Placed, PlacedBox};
 
-/// obvhs walks a wide tree with a stack of 32 and silently forgets what does not fit.
-const MAX_WIDE_DEPTH: usize = 31;
+/// Depth of a tree that the walk's stack holds; obvhs' own, of 32, silently forgets what does not fit.
+pub(super) const MAX_WIDE_DEPTH: usize = 31;
 
 /// obvhs converts trees by recursion; a balanced tree of 2^32 leaves is half as deep.
 const MAX_BINARY_DEPTH: usize = 64;
@@ -31,13 +32,20 @@ pub(super) fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox]) -> Accel {
     let boxes: Vec<BoxShape> = fog_boxes.iter().map(|b| box_shape(b.half_edges_m)).collect();
     let mut bodies = place(particles, fog_boxes, &frame);
     if bodies.len() <= LINEAR_LIMIT {
-        return Accel { frame, bodies, boxes, group_start: Vec::new(), tree: None };
+        return Accel { frame, bodies, boxes, group_start: Vec::new(), tree: None, walker: Walker::detect() };
     }
     let start = group_coincident(&mut bodies, frame.min, frame.max);
     let leaf_boxes = leaf_boxes(&bodies, &start, &boxes, &frame);
     let tree = build_tree(&leaf_boxes);
     let (bodies, group_start) = reorder(&bodies, &start, &tree.primitive_indices);
-    Accel { frame, bodies, boxes, group_start, tree: Some(CwBvh { primitive_indices: Vec::new(), ..tree }) }
+    Accel {
+        frame,
+        bodies,
+        boxes,
+        group_start,
+        tree: Some(CwBvh { primitive_indices: Vec::new(), ..tree }),
+        walker: Walker::detect(),
+    }
 }
 
 /// Bounds of all discs, balls and boxes in world space.

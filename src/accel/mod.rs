@@ -8,6 +8,7 @@ mod build;
 mod frame;
 mod group;
 mod query;
+mod walk;
 
 pub use body::{Body, BodyKind, BoxShape, Crossing, LocalRay};
 pub use query::Hit;
@@ -15,6 +16,7 @@ pub use query::Hit;
 use frame::CloudFrame;
 use glam::{DMat3, DVec3};
 use obvhs::cwbvh::CwBvh;
+use walk::Walker;
 
 /// A body before it is placed: what the rest of the program knows of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,12 +55,18 @@ pub struct Accel {
     group_start: Vec<u32>,
     /// `None` where so few bodies exist that testing them all is faster.
     tree: Option<CwBvh>,
+    walker: Walker,
 }
 
 /// At most this many bodies are tested one by one: a tree of one node costs as much as five sphere tests.
 const LINEAR_LIMIT: usize = 4;
 
 impl Accel {
+    /// The same, walked as on a processor without vector instructions; for tests and measurements.
+    pub fn without_simd(self) -> Self {
+        Self { walker: Walker::Plain, ..self }
+    }
+
     /// Builds the tree. The order of `particles` numbers them for the random numbers of free flight.
     pub fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox]) -> Self {
         build::build(particles, fog_boxes)

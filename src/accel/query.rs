@@ -1,7 +1,6 @@
 //! The two questions that transport asks: what is met first, and what is met at all.
 
 use glam::DVec3;
-use obvhs::ray::RayHit;
 
 use super::Accel;
 use super::body::{Body, BodyKind, Crossing, LocalRay, cross_box, cross_sphere};
@@ -54,12 +53,12 @@ impl Accel {
         };
         let (entry, exit) = self.frame.clip(ray, from, f64::INFINITY)?;
         let tree_ray = self.frame.tree_ray(ray, entry, exit);
-        tree.ray_traverse(tree_ray, &mut RayHit::none(), |_, primitive| {
-            let mut nearest = f64::INFINITY;
+        self.walker.walk(tree, tree_ray, |primitive, tmax| {
             for index in self.members(primitive) {
-                nearest = test(index).unwrap_or(nearest);
+                if let Some(t_m) = test(index) {
+                    *tmax = tmax.min(self.frame.tree_distance(t_m - entry));
+                }
             }
-            self.frame.tree_distance(nearest - entry)
         });
         best
     }
@@ -69,22 +68,33 @@ impl Accel {
     where
         F: FnMut(&Body, Crossing),
     {
-        let mut test = |index: usize| {
-            let body = &self.bodies[index];
-            if let Some(crossing) = self.cross(ray, body)
-                && crossing.end() > from
-                && crossing.start() < to
-            {
-                visit(body, crossing);
-            }
-        };
         let Some(tree) = &self.tree else {
-            (0..self.bodies.len()).for_each(test);
+            for body in &self.bodies {
+                self.visit_within(ray, from, to, body, &mut visit);
+            }
             return;
         };
         if let Some((entry, exit)) = self.frame.clip(ray, from, to) {
             let tree_ray = self.frame.tree_ray(ray, entry, exit);
-            tree.ray_traverse_anyhit(tree_ray, |_, primitive| self.members(primitive).for_each(&mut test));
+            self.walker.walk(tree, tree_ray, |primitive, _| {
+                for body in &self.bodies[self.members(primitive)] {
+                    self.visit_within(ray, from, to, body, &mut visit);
+                }
+            });
+        }
+    }
+
+    /// Calls `visit` if the body's crossing reaches into `from..to`.
+    #[inline(always)]
+    fn visit_within<F>(&self, ray: &LocalRay, from: f64, to: f64, body: &Body, visit: &mut F)
+    where
+        F: FnMut(&Body, Crossing),
+    {
+        if let Some(crossing) = self.cross(ray, body)
+            && crossing.end() > from
+            && crossing.start() < to
+        {
+            visit(body, crossing);
         }
     }
 

@@ -47,7 +47,7 @@ impl Stretch {
         }
     }
 
-    /// Optical depth per metre; infinite for discs.
+    /// Optical depth per metre of fog.
     fn slope(&self) -> f64 {
         self.depth / (self.end - self.start)
     }
@@ -56,33 +56,110 @@ impl Stretch {
 /// Few enough to sort.
 const FEW: usize = 12;
 
-/// The place where the optical depth of all stretches together reaches `target`; `None` where it does not.
-///
-/// Halves the ray again and again, keeping the half in which the target lies, until few stretches are left there; these
-/// are sorted and walked. On average every stretch is looked at twice or so, instead of being sorted.
-pub(super) fn find_depth(stretches: &mut Vec<Stretch>, mut target: f64) -> Option<Place> {
-    while stretches.len() > FEW {
-        let before = stretches.len();
-        let middle = stretches.iter().map(|s| 0.5 * (s.start + s.end)).sum::<f64>() / before as f64;
-        let left: f64 = stretches.iter().map(|s| s.before(middle)).sum();
-        if target < left {
-            stretches.retain(|s| s.start < middle);
-            stretches.iter_mut().for_each(|s| s.cut_after(middle));
-        } else {
-            target -= left;
-            // A disc exactly in the middle is still to come.
-            stretches.retain(|s| s.end > middle || s.start >= middle);
-            stretches.iter_mut().for_each(|s| s.cut_before(middle));
+/// Finds places of collisions; its buffers are reused from one to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Finder {
+    /// What lies on the ray; to be filled before `find`, which cuts it down.
+    pub stretches: Vec<Stretch>,
+    edges: Vec<Edge>,
+}
+
+/// Where the slope of the optical depth changes.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    t: f64,
+    /// Place of the body among the crossings.
+    index: u32,
+    change: Change,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Change {
+    /// Fog begins (positive) or ends (negative): change of the depth per metre.
+    Slope(f64),
+    /// A disc of this depth.
+    Disc(f64),
+}
+
+impl Finder {
+    /// The place where the optical depth of all stretches together reaches `target`; `None` where nothing lies on the
+    /// ray.
+    ///
+    /// Halves the ray again and again, keeping the half in which the target lies, until few stretches are left there;
+    /// these are sorted and walked. On average every stretch is looked at twice or so, instead of being sorted.
+    pub fn find(&mut self, mut target: f64) -> Option<Place> {
+        while self.stretches.len() > FEW {
+            let before = self.stretches.len();
+            let middle = self.stretches.iter().map(|s| 0.5 * (s.start + s.end)).sum::<f64>() / before as f64;
+            let left: f64 = self.stretches.iter().map(|s| s.before(middle)).sum();
+            if target < left {
+                self.stretches.retain(|s| s.start < middle);
+                self.stretches.iter_mut().for_each(|s| s.cut_after(middle));
+            } else {
+                target -= left;
+                // A disc exactly in the middle is still to come.
+                self.stretches.retain(|s| s.end > middle || s.start >= middle);
+                self.stretches.iter_mut().for_each(|s| s.cut_before(middle));
+            }
+            // Where nearly all overlap, halving does not thin them out.
+            if self.stretches.len() * 5 > before * 4 {
+                break;
+            }
         }
-        // Where nearly all overlap, halving does not thin them out.
-        if stretches.len() * 5 > before * 4 {
-            break;
+        match self.stretches[..] {
+            [only] => Some(only.place(target)),
+            _ => self.walk(target),
         }
     }
-    walk(stretches, target)
+
+    /// Walks from edge to edge.
+    fn walk(&mut self, mut target: f64) -> Option<Place> {
+        self.collect_edges();
+        let (mut t, mut slope) = (self.edges.first()?.t, 0.0f64);
+        for edge in &self.edges {
+            let depth = slope.max(0.0) * (edge.t - t);
+            if target < depth {
+                return Some(Place::Fog(t + target / slope));
+            }
+            target -= depth;
+            t = edge.t;
+            match edge.change {
+                Change::Slope(change) => slope += change,
+                Change::Disc(depth) if target < depth => return Some(Place::Disc(edge.index)),
+                Change::Disc(depth) => target -= depth,
+            }
+        }
+        // Rounding can leave the target just beyond the end.
+        self.stretches.iter().max_by(|a, b| a.end.total_cmp(&b.end)).map(|last| last.place(f64::INFINITY))
+    }
+
+    fn collect_edges(&mut self) {
+        self.edges.clear();
+        for s in &self.stretches {
+            if s.is_disc() {
+                self.edges.push(Edge { t: s.start, index: s.index, change: Change::Disc(s.depth) });
+            } else {
+                self.edges.push(Edge { t: s.start, index: s.index, change: Change::Slope(s.slope()) });
+                self.edges.push(Edge { t: s.end, index: s.index, change: Change::Slope(-s.slope()) });
+            }
+        }
+        self.edges.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.index.cmp(&b.index)));
+    }
 }
 
 impl Stretch {
+    fn is_disc(&self) -> bool {
+        self.start >= self.end
+    }
+
+    /// Where its own depth reaches `target`, at its end at the latest.
+    fn place(&self, target: f64) -> Place {
+        if self.is_disc() {
+            return Place::Disc(self.index);
+        }
+        Place::Fog(self.start + (self.end - self.start) * (target / self.depth).min(1.0))
+    }
+
     fn cut_after(&mut self, t: f64) {
         if self.end > t {
             self.depth = self.before(t);
@@ -96,40 +173,6 @@ impl Stretch {
             self.start = t;
         }
     }
-}
-
-/// Walks from boundary to boundary.
-fn walk(stretches: &[Stretch], mut target: f64) -> Option<Place> {
-    // Distance, change of slope, and the stretch that begins there.
-    let mut edges: Vec<(f64, f64, &Stretch)> = Vec::with_capacity(2 * stretches.len());
-    for s in stretches {
-        if s.start < s.end {
-            edges.push((s.start, s.slope(), s));
-            edges.push((s.end, -s.slope(), s));
-        } else {
-            edges.push((s.start, 0.0, s));
-        }
-    }
-    edges.sort_by(|a, b| (a.0, a.2.index).partial_cmp(&(b.0, b.2.index)).unwrap_or(std::cmp::Ordering::Equal));
-    let (mut t, mut slope) = (edges.first()?.0, 0.0f64);
-    for (next, change, stretch) in edges {
-        let depth = slope.max(0.0) * (next - t);
-        if target < depth {
-            return Some(Place::Fog(t + target / slope));
-        }
-        target -= depth;
-        t = next;
-        slope += change;
-        if change == 0.0 {
-            if target < stretch.depth {
-                return Some(Place::Disc(stretch.index));
-            }
-            target -= stretch.depth;
-        }
-    }
-    // Rounding can leave the target just beyond the end.
-    let last = stretches.iter().max_by(|a, b| a.end.total_cmp(&b.end))?;
-    Some(if last.start < last.end { Place::Fog(last.end) } else { Place::Disc(last.index) })
 }
 
 #[cfg(test)]
@@ -153,7 +196,8 @@ mod tests {
                 let total: f64 = stretches.iter().map(|s| s.depth).sum();
                 let target = rng.random::<f64>() * total;
                 let before = |t: f64| stretches.iter().map(|s| s.before(t)).sum::<f64>();
-                match find_depth(&mut stretches.clone(), target) {
+                let mut finder = Finder { stretches: stretches.clone(), ..Finder::default() };
+                match finder.find(target) {
                     Some(Place::Fog(t)) => assert!((before(t) - target).abs() < 1e-9 * total, "{n}"),
                     Some(Place::Disc(i)) => {
                         let disc = &stretches[i as usize];
@@ -170,6 +214,7 @@ mod tests {
     fn an_opaque_disc_stops_everything() {
         let opaque = Stretch { start: 1.0, end: 1.0, depth: f64::INFINITY, index: 3 };
         let behind = Stretch { start: 2.0, end: 3.0, depth: 1.0, index: 4 };
-        assert_eq!(find_depth(&mut vec![behind, opaque], 1e300), Some(Place::Disc(3)));
+        let mut finder = Finder { stretches: vec![behind, opaque], ..Finder::default() };
+        assert_eq!(finder.find(1e300), Some(Place::Disc(3)));
     }
 }

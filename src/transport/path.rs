@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::collision::{Stretch, find_depth};
+use super::collision::Stretch;
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
 use crate::accel::LocalRay;
@@ -95,10 +95,10 @@ fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut S
 
 /// Finds the collision at a hero's optical depth and multiplies in its transmittance and density.
 fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
-    let Scratch { crossings, stretches, event, path_depth, weight, density, .. } = scratch;
-    stretches.clear();
-    stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
-    let Some(place) = find_depth(stretches, target) else { return false };
+    let Scratch { crossings, finder, event, path_depth, weight, density, .. } = scratch;
+    finder.stretches.clear();
+    finder.stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
+    let Some(place) = finder.find(target) else { return false };
     event.gather(ctx.media, ray, place, crossings);
     let depth = path_depth.past(ctx.media, crossings, event.t_m);
     let air = ctx.air_transmittance(ray, event.t_m);

@@ -1,7 +1,7 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
 use super::camera::camera_ray;
-use super::collision::Stretch;
+use super::collision::Finder;
 use super::event::Event;
 use super::lighting::Lighting;
 use super::march::add_airlight;
@@ -66,7 +66,7 @@ pub(super) struct Scratch {
     pub lobes: Vec<f64>,
     /// The collision that the path is at.
     pub event: Event,
-    pub stretches: Vec<Stretch>,
+    pub finder: Finder,
     /// Optical depth of the whole ray that was followed last.
     pub total_depth: Vec<f64>,
     /// Transmittance toward the sun that was asked last.
@@ -93,7 +93,7 @@ impl Scratch {
             scattered: zeros(),
             lobes: zeros(),
             event: Event::new(n_wavelengths),
-            stretches: Vec::new(),
+            finder: Finder::default(),
             total_depth: zeros(),
             sunlit: zeros(),
             layers: Layer::ALL.map(|_| zeros()),
