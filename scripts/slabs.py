@@ -3,13 +3,17 @@
     cargo build --release
     python3 scripts/slabs.py target/release/mie-cloud [--every N] [--jobs 2] [--limit SECONDS] [--only TEXT]
 
-Needs numpy and OpenEXR (`pip install numpy OpenEXR`). The reference is tests/data/transport/slab_reference.json. Each
-direction is a scene of its own: a box of fog 2000 wide and 1 thick, under a narrow orthographic camera that looks against the
-light's travel. A pilot picture gives the spread of paths; the picture that counts has other random numbers and so many samples
-that its standard error is 0.4 % (0.8 % below 1e-3 and at optical depth 64), but at most --limit seconds: directions that end
-above 0.5 % (1 %) are compared all the same and counted as "short". Mie slabs are compared by their means over the azimuth: eight suns in a scene,
-and as many scenes as the forward peak needs. z is the deviation over the root of the squares' sum of the own standard error and 10^-agree_digits of the reference;
-the exit code is 1 when one exceeds 4.
+Needs numpy and OpenEXR (`pip install numpy OpenEXR`). The reference is tests/data/transport/slab_reference.json.
+
+Each direction is a scene of its own: a box of fog 2000 wide and 1 thick, under a narrow orthographic camera that looks
+against the light's travel. A pilot picture gives the spread of paths; the picture that counts has other random numbers, and
+so many samples that its standard error should be 0.4 % (0.8 % below 1e-3 and at optical depth 64), but takes about --limit
+CPU seconds at most. Directions that end above 0.5 % (1 %) are compared all the same and counted as "short".
+
+Mie slabs are compared by their means over the azimuth: eight suns in a scene, and as many scenes as the peak needs.
+
+z is the deviation over the root of the sum of the squares of the own standard error and of 10^-agree_digits, by which the
+reference may be off. The exit code is 1 when one exceeds 4.
 """
 
 import argparse
