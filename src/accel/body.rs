@@ -118,7 +118,7 @@ impl Crossing {
 ///
 /// The offset from the ray is formed as a vector before it is squared: the difference of two squares loses a droplet of
 /// 1 um at 1 km.
-#[inline]
+#[inline(always)]
 pub(super) fn cross_sphere(ray: &LocalRay, center: DVec3, radius_m: f64) -> Option<(f64, f64)> {
     let to_center = center - ray.origin;
     let t = to_center.dot(ray.direction);

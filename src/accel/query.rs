@@ -68,22 +68,33 @@ impl Accel {
     where
         F: FnMut(&Body, Crossing),
     {
-        let mut test = |index: usize| {
-            let body = &self.bodies[index];
-            if let Some(crossing) = self.cross(ray, body)
-                && crossing.end() > from
-                && crossing.start() < to
-            {
-                visit(body, crossing);
-            }
-        };
         let Some(tree) = &self.tree else {
-            (0..self.bodies.len()).for_each(test);
+            for body in &self.bodies {
+                self.visit_within(ray, from, to, body, &mut visit);
+            }
             return;
         };
         if let Some((entry, exit)) = self.frame.clip(ray, from, to) {
             let tree_ray = self.frame.tree_ray(ray, entry, exit);
-            self.walker.walk(tree, tree_ray, |primitive, _| self.members(primitive).for_each(&mut test));
+            self.walker.walk(tree, tree_ray, |primitive, _| {
+                for body in &self.bodies[self.members(primitive)] {
+                    self.visit_within(ray, from, to, body, &mut visit);
+                }
+            });
+        }
+    }
+
+    /// Calls `visit` if the body's crossing reaches into `from..to`.
+    #[inline(always)]
+    fn visit_within<F>(&self, ray: &LocalRay, from: f64, to: f64, body: &Body, visit: &mut F)
+    where
+        F: FnMut(&Body, Crossing),
+    {
+        if let Some(crossing) = self.cross(ray, body)
+            && crossing.end() > from
+            && crossing.start() < to
+        {
+            visit(body, crossing);
         }
     }
 
