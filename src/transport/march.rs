@@ -1,21 +1,41 @@
 //! `airlight`: sunlight that the air scatters once, marched along the camera ray.
 //!
-//! Steps are equal and at most `step_m` long; the sample lies at random in each, so a coarse step is noise and never a
-//! bias.
+//! Steps are equal and at most `step_m` long; the sample lies at random in each, by what the air lets pass, so a coarse
+//! step is noise and never a bias, and unlit or thick air without droplets has no noise at all.
 
+use super::lighting::Air;
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
+/// The march ends at this optical depth of air: 1e-20 of the light from beyond would arrive.
+const LAST_OPTICAL_DEPTH: f64 = 46.0;
+
+/// Most steps of a march, so that its time is bounded whatever a scene says; a longer way takes longer steps.
+const MOST_STEPS: u32 = 4096;
+
+/// Number and length in m of the steps of a march.
+pub(super) fn march_steps(air: &Air) -> (u32, f64) {
+    let way_m = air.depth_m.min(LAST_OPTICAL_DEPTH / air.extinction_per_m);
+    let n_steps = (way_m / air.step_m).ceil().clamp(1.0, f64::from(MOST_STEPS)) as u32;
+    (n_steps, way_m / f64::from(n_steps))
+}
+
 /// Adds the airlight along a camera ray; `scratch.crossings` holds what the ray meets.
 pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     let air = &ctx.lighting.air;
-    let n_steps = (air.depth_m / air.step_m).ceil().max(1.0) as u32;
-    let step_m = air.depth_m / f64::from(n_steps);
+    if air.scattering_per_m <= 0.0 {
+        return;
+    }
+    let (n_steps, step_m) = march_steps(air);
+    // The share of the light of a step's end that the step itself takes.
+    let taken = -(-air.extinction_per_m * step_m).exp_m1();
     for step in 0..n_steps {
-        let t_m = (f64::from(step) + random.uniform(Purpose::March, step)) * step_m;
-        let scattered = air.scattering_per_m * step_m * air.transmittance(t_m);
+        let u = random.uniform(Purpose::March, step);
+        let start_m = f64::from(step) * step_m;
+        let t_m = start_m + (-(-u * taken).ln_1p() / air.extinction_per_m).min(step_m);
+        let scattered = air.scattering_per_m / air.extinction_per_m * taken * air.transmittance(start_m);
         add_sample(ctx, ray, t_m, scattered, scratch);
     }
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::lighting::Lighting;
+use super::lighting::{Air, Lighting};
+use super::march::march_steps;
 use super::media::{Absorption, Media};
 use super::place::{bin_plan, place_boxes, place_particles};
 use super::sample::RenderContext;
@@ -120,6 +121,7 @@ impl Prepared {
         let fog_boxes = place_boxes(&scene.fog_boxes, &bins);
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media);
         let accel = Accel::build(placed, &fog_boxes);
+        let warnings = [bins.warnings, tables.warnings, march_warning(&lighting.air).into_iter().collect()].concat();
         enter(Stage::Ready);
         Ok(Self {
             accel,
@@ -130,7 +132,7 @@ impl Prepared {
             resolution: scene.settings.image.resolution,
             max_order: u32::MAX,
             counts,
-            warnings: [bins.warnings, tables.warnings].concat(),
+            warnings,
         })
     }
 
@@ -146,6 +148,17 @@ impl Prepared {
             max_order: if self.switches.multiple { self.max_order } else { 1 },
         }
     }
+}
+
+/// Said where the air's march takes longer steps than were asked for.
+fn march_warning(air: &Air) -> Option<Warning> {
+    let (n_steps, step_m) = march_steps(air);
+    (air.scattering_per_m > 0.0 && step_m > air.step_m).then(|| {
+        Warning::new(
+            format!("the air is marched in {n_steps} steps of {step_m:.3e} m, as many as there may be"),
+            "raise atmosphere.step_m or lower atmosphere.depth_m",
+        )
+    })
 }
 
 /// Wavelengths that need tables; without dispersion all share the middle one.
