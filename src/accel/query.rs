@@ -1,5 +1,7 @@
 //! The two questions that transport asks: what is met first, and what is met at all.
 
+use std::ops::ControlFlow;
+
 use glam::DVec3;
 
 use super::Accel;
@@ -68,33 +70,46 @@ impl Accel {
     where
         F: FnMut(&Body, Crossing),
     {
+        self.all_until(ray, from, to, |body, crossing| {
+            visit(body, crossing);
+            ControlFlow::Continue(())
+        });
+    }
+
+    /// As `all`, until `visit` breaks off.
+    pub fn all_until<F>(&self, ray: &LocalRay, from: f64, to: f64, mut visit: F)
+    where
+        F: FnMut(&Body, Crossing) -> ControlFlow<()>,
+    {
         let Some(tree) = &self.tree else {
-            for body in &self.bodies {
-                self.visit_within(ray, from, to, body, &mut visit);
-            }
+            let _ = self.bodies.iter().try_for_each(|body| self.visit_within(ray, from, to, body, &mut visit));
             return;
         };
-        if let Some((entry, exit)) = self.frame.clip(ray, from, to) {
-            let tree_ray = self.frame.tree_ray(ray, entry, exit);
-            self.walker.walk(tree, tree_ray, |primitive, _| {
-                for body in &self.bodies[self.members(primitive)] {
-                    self.visit_within(ray, from, to, body, &mut visit);
+        let Some((entry, exit)) = self.frame.clip(ray, from, to) else { return };
+        let tree_ray = self.frame.tree_ray(ray, entry, exit);
+        self.walker.walk(tree, tree_ray, |primitive, tmax| {
+            // A ray that has been cut off still meets the other bodies of its node.
+            if *tmax < 0.0 {
+                return;
+            }
+            for body in &self.bodies[self.members(primitive)] {
+                if self.visit_within(ray, from, to, body, &mut visit).is_break() {
+                    *tmax = f32::NEG_INFINITY;
+                    return;
                 }
-            });
-        }
+            }
+        });
     }
 
     /// Calls `visit` if the body's crossing reaches into `from..to`.
     #[inline(always)]
-    fn visit_within<F>(&self, ray: &LocalRay, from: f64, to: f64, body: &Body, visit: &mut F)
+    fn visit_within<F>(&self, ray: &LocalRay, from: f64, to: f64, body: &Body, visit: &mut F) -> ControlFlow<()>
     where
-        F: FnMut(&Body, Crossing),
+        F: FnMut(&Body, Crossing) -> ControlFlow<()>,
     {
-        if let Some(crossing) = self.cross(ray, body)
-            && crossing.end() > from
-            && crossing.start() < to
-        {
-            visit(body, crossing);
+        match self.cross(ray, body) {
+            Some(crossing) if crossing.end() > from && crossing.start() < to => visit(body, crossing),
+            _ => ControlFlow::Continue(()),
         }
     }
 

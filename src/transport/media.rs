@@ -22,6 +22,8 @@ pub struct Media {
     c_ext_m2: Vec<f64>,
     /// Optical depth of a droplet's disc: -ln(1 - p), p the probability that a droplet met there acts.
     disc_depth: Vec<f64>,
+    /// Per bin, the least of `disc_depth` and of `c_ext_m2` over the wavelengths.
+    least_depth: Vec<(f64, f64)>,
     /// Single-scattering albedo.
     albedo: Vec<f64>,
     phase: Vec<Arc<PhaseFunction>>,
@@ -40,11 +42,17 @@ impl Media {
         let rows = |f: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             (0..n_bins).flat_map(|bin| (0..n_wavelengths).map(move |w| f(bin, w))).collect()
         };
+        let c_ext_m2 = rows(&|bin, w| at(bin, w).c_ext_m2);
+        let disc_depth = rows(&|bin, w| -(-(at(bin, w).q_ext / disc_area(bin)).min(1.0)).ln_1p());
+        let least = |values: &[f64], bin: usize| {
+            values[bin * n_wavelengths..(bin + 1) * n_wavelengths].iter().copied().fold(f64::INFINITY, f64::min)
+        };
         Self {
+            least_depth: (0..n_bins).map(|bin| (least(&disc_depth, bin), least(&c_ext_m2, bin))).collect(),
             n_wavelengths,
             n_bins,
-            c_ext_m2: rows(&|bin, w| at(bin, w).c_ext_m2),
-            disc_depth: rows(&|bin, w| -(-(at(bin, w).q_ext / disc_area(bin)).min(1.0)).ln_1p()),
+            c_ext_m2,
+            disc_depth,
             albedo: rows(&|bin, w| match absorption {
                 Absorption::Simulated => at(bin, w).albedo,
                 Absorption::LeftOut => 1.0,
@@ -87,6 +95,13 @@ impl Media {
     #[inline]
     pub fn disc_depth(&self, bin: usize) -> &[f64] {
         self.row(&self.disc_depth, bin)
+    }
+
+    /// Smallest optical depth of any wavelength that a body of the bin adds per droplet met on a disc, or per droplet and
+    /// square metre in fog.
+    #[inline]
+    pub fn least_depth(&self, bin: usize) -> (f64, f64) {
+        self.least_depth[bin]
     }
 
     /// Single-scattering albedos, by wavelength.

@@ -7,10 +7,10 @@
 
 use glam::DVec3;
 
-use super::collision::Stretch;
+use super::collision::{Place, Stretch};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
-use crate::accel::LocalRay;
+use crate::accel::{BodyKind, Crossing, LocalRay};
 use crate::film::Layer;
 
 /// Share of directions that are drawn around the sun's instead of the path's at the first collision.
@@ -24,6 +24,10 @@ const SUN_LOBE_DECAY: f64 = 0.7;
 /// looks negligible is not: with 0.05 the variance is ten times higher.
 const ROULETTE_BELOW: f64 = 5e-4;
 
+/// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short
+/// searches then cost less than one through everything.
+const CROWDED: usize = 128;
+
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     let n = scratch.weight.len();
@@ -31,12 +35,14 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
     scratch.weight.fill(1.0);
     scratch.density.fill(1.0);
     let mut ray = *camera_ray;
+    let crowded = scratch.crossings.len() > CROWDED;
     for order in 1..=ctx.max_order {
-        if order > 1 {
-            meet(ctx, &ray, scratch);
-        }
         let u = random.uniform(Purpose::Collision, order);
-        let collided = if order == 1 { force(ctx, &ray, hero, u, scratch) } else { fly(ctx, &ray, hero, u, scratch) };
+        let collided = match order {
+            1 => force(ctx, &ray, hero, u, scratch),
+            _ if crowded => fly_near(ctx, &ray, hero, order, random, scratch),
+            _ => fly(ctx, &ray, hero, u, scratch),
+        };
         if !collided {
             if order > 1 {
                 add_background(ctx, scratch);
@@ -77,12 +83,59 @@ fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut
     normalize(scratch)
 }
 
-/// A later collision; `false` where the path leaves everything behind, its weight then being that of the way out.
+/// A later collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight
+/// then being that of the way out.
 fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    meet(ctx, ray, scratch);
     let target = -(-u).ln_1p();
     if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
         return normalize(scratch);
     }
+    escape(scratch);
+    false
+}
+
+/// A later collision where much is in the way: the nearest of independent draws for each body, which is the collision of
+/// their sum, so that only what lies before it is looked at.
+fn fly_near(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    hero: usize,
+    order: u32,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> bool {
+    scratch.rays.scatter += 1;
+    let media = ctx.media;
+    let hit = ctx.accel.closest(ray, 0.0, None, |body, crossing| {
+        let (u, load) = (random.body(order, body.id), f64::from(body.load));
+        match crossing {
+            Crossing::Point(t) => (u < -(-load * media.disc_depth(body.bin())[hero]).exp_m1()).then_some(t),
+            Crossing::Chord(t0, t1) => {
+                let (start, per_m) = (t0.max(0.0), load * media.c_ext_m2(body.bin())[hero]);
+                // 1 - exp(-x) is below x: most bodies are done without a logarithm.
+                let t = if u < per_m * (t1 - start) { start - (-u).ln_1p() / per_m } else { f64::INFINITY };
+                (t < t1).then_some(t)
+            }
+        }
+    });
+    let Some(hit) = hit else {
+        meet(ctx, ray, scratch);
+        escape(scratch);
+        return false;
+    };
+    let Scratch { crossings, .. } = scratch;
+    crossings.clear();
+    ctx.accel.all(ray, 0.0, hit.t_m.next_up(), |body, crossing| crossings.push((*body, crossing)));
+    let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
+    let disc = crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
+    let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
+    land(ctx, ray, place, scratch);
+    normalize(scratch)
+}
+
+/// The weight of a path that meets nothing more.
+fn escape(scratch: &mut Scratch) {
     let Scratch { weight, density, total_depth, .. } = scratch;
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
@@ -90,15 +143,21 @@ fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut S
         density[w] *= passed;
     }
     normalize(scratch);
-    false
 }
 
-/// Finds the collision at a hero's optical depth and multiplies in its transmittance and density.
+/// Finds the collision at a hero's optical depth.
 fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
-    let Scratch { crossings, finder, event, path_depth, weight, density, .. } = scratch;
+    let Scratch { crossings, finder, .. } = scratch;
     finder.stretches.clear();
     finder.stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
     let Some(place) = finder.find(target) else { return false };
+    land(ctx, ray, place, scratch);
+    true
+}
+
+/// Multiplies a collision's transmittance and density in.
+fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch) {
+    let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
     event.gather(ctx.media, ray, place, crossings);
     let depth = path_depth.past(ctx.media, crossings, event.t_m);
     let air = ctx.air_transmittance(ray, event.t_m);
@@ -107,7 +166,6 @@ fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratc
         weight[w] *= passed * air;
         density[w] *= passed * event.sigma[w];
     }
-    true
 }
 
 /// Divides by the mean density; `false` where no hero could have drawn the path.

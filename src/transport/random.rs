@@ -23,6 +23,8 @@ pub(super) enum Purpose {
     Angle,
     Azimuth,
     March,
+    /// Free flight: plus the number of the collision, for every body.
+    Body,
 }
 
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
@@ -48,6 +50,12 @@ impl PathRandom {
         self.hash(purpose as u64, u64::from(index))
     }
 
+    /// A number in [0, 1) for one body on the way to one collision.
+    #[inline]
+    pub fn body(&self, collision: u32, body_id: u32) -> f64 {
+        self.hash(Purpose::Body as u64 + u64::from(collision), u64::from(body_id))
+    }
+
     #[inline]
     fn hash(&self, stream: u64, index: u64) -> f64 {
         let bits = mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN));
@@ -62,10 +70,12 @@ mod tests {
     #[test]
     fn numbers_are_uniform_over_each_counter() {
         let by_index = |i: u32| PathRandom::new(1, 2, 3).uniform(Purpose::March, i);
+        let by_body = |i: u32| PathRandom::new(1, 2, 3).body(4, i);
+        let by_collision = |i: u32| PathRandom::new(1, 2, 3).body(i, 7);
         let by_sample = |i: u32| PathRandom::new(1, 2, u64::from(i)).uniform(Purpose::PixelX, 0);
         let by_pixel = |i: u32| PathRandom::new(1, u64::from(i), 3).uniform(Purpose::PixelX, 0);
         let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::PixelX, 0);
-        for draw in [&by_index as &dyn Fn(u32) -> f64, &by_sample, &by_pixel, &by_seed] {
+        for draw in [&by_index as &dyn Fn(u32) -> f64, &by_body, &by_collision, &by_sample, &by_pixel, &by_seed] {
             let (cells, n) = (64, 64_000u32);
             let mut count = vec![0.0; cells];
             let mut product = 0.0;

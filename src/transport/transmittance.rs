@@ -1,7 +1,12 @@
 //! How much light passes between two points: exact along the ray, for fog and for single droplets.
 
+use std::ops::ControlFlow;
+
 use super::media::Media;
 use crate::accel::{Accel, Body, BodyKind, Crossing, LocalRay};
+
+/// Where the sun no longer arrives: less than 2e-35 of its light.
+const OPAQUE: f64 = 80.0;
 
 /// Optical depth by wavelength, gathered body by body.
 ///
@@ -32,9 +37,16 @@ impl OpticalDepth {
         }
     }
 
-    /// Optical depth by wavelength of the ray from distance 0 to `to`, m.
+    /// Optical depth by wavelength of the ray from distance 0 to `to`, m. Beyond `OPAQUE` at every wavelength it is not
+    /// summed further.
     pub fn along(&mut self, accel: &Accel, media: &Media, ray: &LocalRay, to: f64) -> &[f64] {
-        accel.all(ray, 0.0, to, |body, crossing| self.add(body, crossing, to));
+        let mut least_depth = 0.0;
+        accel.all_until(ray, 0.0, to, |body, crossing| {
+            let added = self.add(body, crossing, to);
+            let (disc, fog) = media.least_depth(body.bin());
+            least_depth += added * if body.kind() == BodyKind::Droplet { disc } else { fog };
+            if least_depth > OPAQUE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
         self.finish(media)
     }
 
@@ -47,17 +59,23 @@ impl OpticalDepth {
         self.finish(media)
     }
 
+    /// Adds a body to its bin's column and returns how much.
     #[inline]
-    fn add(&mut self, body: &Body, crossing: Crossing, to: f64) {
+    fn add(&mut self, body: &Body, crossing: Crossing, to: f64) -> f64 {
         let load = f64::from(body.load);
         let column = &mut self.columns[body.bin()];
         if *column == Column::default() {
             self.touched.push(body.bin() as u32);
         }
         match body.kind() {
-            BodyKind::Droplet => column.discs += load,
+            BodyKind::Droplet => {
+                column.discs += load;
+                load
+            }
             BodyKind::Ball | BodyKind::Box => {
-                column.fog_per_m2 += load * (crossing.end().min(to) - crossing.start().max(0.0));
+                let fog_per_m2 = load * (crossing.end().min(to) - crossing.start().max(0.0));
+                column.fog_per_m2 += fog_per_m2;
+                fog_per_m2
             }
         }
     }
