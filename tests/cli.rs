@@ -1,109 +1,14 @@
-//! The program as a process: what it writes, what it says, and how it ends.
+//! The program as a process: what it writes and what it says when all is well.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+mod program;
+
+use std::path::PathBuf;
 
 use mie_cloud::film::{Layer, Wanted};
-use mie_cloud::image::{Picture, exr};
 use mie_cloud::scene::generate::CloudShape;
 use mie_cloud::scene::settings::Effect;
+use program::{Bench, assert_says, shipped, text};
 use serde_json::Value;
-use tempfile::TempDir;
-
-/// A folder of its own for one test, with a table cache in it.
-struct Bench {
-    folder: TempDir,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a temporary folder") }
-    }
-
-    /// With a cloud of 30 parcels, `cloud.glb`, that renders in an instant.
-    fn with_cloud() -> Self {
-        let bench = Self::new();
-        bench.ok("generate -o cloud.glb --count 30 --size 2m --optical-depth 1 --distribution mono:r=5um -q \
-             --set spectral.mode=rgb --set image.resolution=12x8");
-        bench
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        std::fs::write(self.path(name), text).expect("written");
-        self.path(name)
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&self.read(name)).expect(name)
-    }
-
-    fn picture(&self, name: &str) -> Picture {
-        exr::read(&self.path(name), exr::Limits::default()).expect(name)
-    }
-
-    /// The program in this folder; words are divided by spaces.
-    fn command(&self, line: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_mie-cloud"));
-        command.args(line.split_whitespace()).current_dir(self.folder.path()).stdin(Stdio::null());
-        command.env("XDG_CACHE_HOME", self.path("cache"));
-        command
-    }
-
-    fn run(&self, line: &str) -> Output {
-        self.command(line).output().expect("the program starts")
-    }
-
-    /// Runs a command that must succeed; returns what it printed.
-    fn ok(&self, line: &str) -> String {
-        let output = self.run(line);
-        assert_eq!(output.status.code(), Some(0), "{line}\n{}", text(&output.stderr));
-        text(&output.stdout)
-    }
-
-    /// Runs a command that must fail with the given code; returns what it said. It prints no data and no panic.
-    fn fails(&self, code: i32, line: &str) -> String {
-        let output = self.run(line);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{line}\n{said}");
-        assert!(said.starts_with("error: ") || said.contains("\nerror: "), "{line}\n{said}");
-        assert!(!said.contains("panicked"), "{line}\n{said}");
-        assert_eq!(text(&output.stdout), "", "{line}");
-        said
-    }
-
-    /// Every file here but the cache, with its bytes.
-    fn files(&self) -> BTreeMap<String, Vec<u8>> {
-        let entries = std::fs::read_dir(self.folder.path()).expect("listed").map(|entry| entry.expect("entry"));
-        let files = entries.filter(|entry| entry.path().is_file());
-        files
-            .map(|entry| entry.file_name().to_string_lossy().into_owned())
-            .map(|n| (n.clone(), self.read(&n)))
-            .collect()
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
-
-fn shipped(path: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
-}
-
-fn assert_says(said: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(said.contains(part), "`{part}` is not in: {said}");
-    }
-}
 
 #[test]
 fn a_render_writes_picture_preview_and_stats() {
@@ -171,146 +76,6 @@ fn stats_hold_every_key_with_sane_values() {
         );
         assert!(effect["estimate"].is_number() || effect["estimate"].is_null(), "{name}: {effect}");
     }
-}
-
-#[test]
-fn wrong_flags_end_with_2_and_name_flag_and_remedy() {
-    let bench = Bench::with_cloud();
-    let cases: [(&str, &[&str]); 24] = [
-        ("--resoluton 8x8", &["--resoluton", "--resolution"]),
-        ("--resolution 8", &["--resolution", "640x360"]),
-        ("--resolution 0x8", &["--resolution", "1 to 65536"]),
-        ("--spp 0", &["--spp"]),
-        ("--spp 1 --noise 0.1", &["--spp", "--noise"]),
-        ("--noise 2", &["--noise", "between 0 and 1"]),
-        ("--accuracy fin", &["--accuracy", "fine"]),
-        ("--crop 0,0,0,4", &["--crop", "at least 1"]),
-        ("--crop 0,0,13,4", &["--crop", "12x8"]),
-        ("--effects +shadow", &["--effects", "did you mean `shadows`"]),
-        ("--effects shadows", &["--effects", "+shadows"]),
-        ("--effects +rainbow", &["--effects", "rainbow", "shadows"]),
-        ("--aov dirct", &["--aov", "did you mean `direct`"]),
-        ("--aov everything", &["--aov", "everything", "depth"]),
-        ("--set atmosphere.step=1", &["--set", "did you mean `atmosphere.step_m`"]),
-        ("--set atmosphere.step_m=-1", &["--set", "atmosphere.step_m", "above 0"]),
-        ("--set nonsense", &["--set", "KEY=VALUE"]),
-        ("--set droplets.distribution=gamma:reff=6", &["--set", "reff", "unit"]),
-        ("--camera Side", &["--camera", "Side", "Camera"]),
-        ("--radius 5", &["--radius", "unit"]),
-        ("--threads 0", &["--threads"]),
-        ("--absolute", &["--absolute", "bands"]),
-        ("--quiet --verbose", &["--quiet", "--verbose"]),
-        ("--seed -1", &["-1"]),
-    ];
-    for (flags, parts) in cases {
-        let said = bench.fails(2, &format!("render cloud.glb -o a.exr {flags}"));
-        assert_says(&said, parts);
-        assert!(!bench.path("a.exr").exists(), "{flags}");
-    }
-    assert_says(&bench.fails(2, "render cloud.glb"), &["--output"]);
-    assert_says(&bench.fails(2, "rendr cloud.glb"), &["rendr", "render"]);
-    assert_says(&bench.fails(2, "inspect"), &["SCENE"]);
-}
-
-#[test]
-fn flags_are_checked_before_the_scene_is_read() {
-    let bench = Bench::new();
-    for flags in ["--effects +shadow", "--aov dirct"] {
-        bench.fails(2, &format!("render missing.gltf -o a.exr {flags}"));
-    }
-}
-
-#[test]
-fn effects_that_are_not_there_yet_blame_whoever_asked() {
-    let bench = Bench::with_cloud();
-    let said = bench.fails(2, "render cloud.glb -o a.exr --effects +glow");
-    assert_says(&said, &["--effects +glow", "not in this version", "--effects -glow"]);
-    assert_says(
-        &bench.fails(2, "render cloud.glb -o a.exr --set effects.glow=on"),
-        &["--set effects.glow", "not in this"],
-    );
-    assert_says(&bench.fails(2, "inspect cloud.glb --effects +glow"), &["--effects +glow"]);
-    bench.ok("generate -o glow.glb --count 2 --set effects.glow=on -q");
-    assert_says(&bench.fails(3, "render glow.glb -o a.exr"), &["glow.glb", "effects.glow", "--effects -glow"]);
-    assert_says(&bench.fails(3, "render glow.glb -o a.exr --effects -shadows"), &["glow.glb", "effects.glow"]);
-    bench.ok("render glow.glb -o a.exr --effects -glow --resolution 2x2 --spp 1 -q --set spectral.mode=mono:550nm");
-}
-
-#[test]
-fn missing_broken_and_empty_scenes_end_with_3_and_say_what_to_do() {
-    let bench = Bench::new();
-    assert_says(&bench.fails(3, "render missing.gltf -o a.exr"), &["missing.gltf", "check the path"]);
-    bench.write("broken.gltf", "{ \"asset\": ");
-    assert_says(&bench.fails(3, "render broken.gltf -o a.exr"), &["broken.gltf", "glTF", "export"]);
-    bench.write("text.gltf", "just text");
-    bench.fails(3, "inspect text.gltf");
-    bench.write("empty.gltf", r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [] }] }"#);
-    assert_says(&bench.fails(3, "render empty.gltf -o a.exr"), &["empty.gltf", "--droplets", "--radius", "fog"]);
-    bench.fails(3, "inspect .");
-    assert_eq!(bench.files().len(), 3, "nothing was written");
-}
-
-#[test]
-fn outputs_that_cannot_be_are_refused_before_any_work() {
-    let bench = Bench::with_cloud();
-    std::fs::create_dir(bench.path("folder")).expect("created");
-    // The scene does not exist, so that a complaint about the output shows that it was looked at first.
-    let cases = [("-o gone/a.exr", "gone"), ("-o folder", "folder"), ("-o a.exr --preview gone/a.png", "--preview")];
-    for (flags, part) in cases.into_iter().chain([("-o a.exr --stats gone/a.json", "--stats")]) {
-        assert_says(&bench.fails(1, &format!("render missing.gltf {flags}")), &[part]);
-    }
-    for flags in ["-o a.png", "-o a.JPG"] {
-        assert_says(&bench.fails(2, &format!("render missing.gltf {flags}")), &["OpenEXR", "a.exr", "--preview"]);
-    }
-    let said = bench.fails(2, "render cloud.glb -o a.exr --preview ./a.exr");
-    assert_says(&said, &["--output", "--preview", "a file of its own"]);
-    assert_says(&bench.fails(2, "render cloud.glb -o cloud.glb"), &["the scene itself"]);
-    assert_eq!(bench.files().keys().collect::<Vec<_>>(), ["cloud.glb"]);
-}
-
-#[cfg(unix)]
-#[test]
-fn folders_that_cannot_be_written_are_named() {
-    use std::os::unix::fs::PermissionsExt;
-    let bench = Bench::with_cloud();
-    std::fs::create_dir(bench.path("locked")).expect("created");
-    std::fs::set_permissions(bench.path("locked"), PermissionsExt::from_mode(0o555)).expect("locked");
-    // The administrator may write everywhere.
-    if std::fs::write(bench.path("locked/try"), "").is_err() {
-        assert_says(&bench.fails(1, "render missing.gltf -o locked/a.exr"), &["locked", "choose"]);
-    }
-    assert_says(&bench.fails(1, "render missing.gltf -o /proc/a.exr"), &["/proc"]);
-}
-
-#[test]
-fn no_clobber_keeps_every_file() {
-    let bench = Bench::with_cloud();
-    let outputs = ["a.exr", "a.png", "a.json"];
-    for name in outputs {
-        let _ = outputs.map(|name| std::fs::remove_file(bench.path(name)));
-        bench.write(name, "precious");
-        let said = bench.fails(1, "render cloud.glb -o a.exr --preview a.png --stats a.json --spp 1 --no-clobber");
-        assert_says(&said, &[name, "exists"]);
-        assert_eq!(bench.read(name), b"precious");
-        assert_eq!(bench.files().len(), 2, "nothing else was written");
-    }
-    bench.fails(1, "generate -o cloud.glb --count 2 --no-clobber");
-    bench.ok("render cloud.glb -o b.exr --spp 1 --no-clobber -q");
-}
-
-#[test]
-fn the_old_picture_survives_every_failure() {
-    let bench = Bench::with_cloud();
-    bench.write("a.exr", "old");
-    bench.write("bad.gltf", "{}");
-    for (code, flags) in [(3, "bad.gltf"), (2, "cloud.glb --aov x"), (2, "cloud.glb --set spectral.mode=x")] {
-        bench.fails(code, &format!("render {flags} -o a.exr"));
-        assert_eq!(bench.read("a.exr"), b"old", "{flags}");
-    }
-    bench.ok("render cloud.glb -o a.exr --spp 1 -q");
-    assert!(bench.picture("a.exr").n_pixels() == 96);
-    let left: Vec<String> = bench.files().into_keys().filter(|name| name.contains("tmp")).collect();
-    assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
@@ -398,22 +163,6 @@ fn quiet_prints_nothing_and_data_alone_go_to_stdout() {
     assert!(text(&bench.run("render cloud.glb -o a.exr --spp 1 -v").stderr).contains("effect direct: on"));
 }
 
-/// What is written to a pipe that nobody reads is no error.
-#[cfg(unix)]
-#[test]
-fn a_closed_pipe_is_not_an_error() {
-    let bench = Bench::with_cloud();
-    for line in ["inspect cloud.glb", "inspect cloud.glb --json", "diff cloud.exr cloud.exr", "--help", "render --help"]
-    {
-        bench.ok("render cloud.glb -o cloud.exr --spp 1 -q");
-        let (reader, writer) = std::io::pipe().expect("a pipe");
-        drop(reader);
-        let output = bench.command(line).stdout(writer).stderr(Stdio::piped()).output().expect("the program starts");
-        assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
-        assert!(!text(&output.stderr).contains("error"), "{line}: {}", text(&output.stderr));
-    }
-}
-
 #[test]
 fn inspect_understands_every_test_scene() {
     let bench = Bench::new();
@@ -454,38 +203,6 @@ fn what_is_generated_in_any_shape_kind_and_form_can_be_rendered() {
         }
     }
     assert!(bench.picture("a.exr").first_non_finite().is_none());
-}
-
-#[test]
-fn clouds_that_cannot_be_generated_are_usage_errors() {
-    let bench = Bench::new();
-    let cases: [(&str, &[&str]); 10] = [
-        ("--shape bal", &["--shape", "ball"]),
-        ("--size 2", &["--size", "unit"]),
-        ("--size 1m,2m", &["size"]),
-        ("--count 0", &["--count"]),
-        ("--count 1.5", &["--count", "whole number"]),
-        ("--distribution gama:reff=5um", &["--distribution"]),
-        ("--liquid-water 0.3", &["--liquid-water", "g/m3"]),
-        ("--liquid-water 0.3g/m3 --optical-depth 1", &["--liquid-water", "--optical-depth"]),
-        ("--as spheres", &["--as", "points", "instances"]),
-        ("--set atmosphere.step_m.x=2", &["--set", "did you mean `atmosphere.step_m`"]),
-    ];
-    for (flags, parts) in cases {
-        assert_says(&bench.fails(2, &format!("generate -o a.glb {flags}")), parts);
-    }
-    assert_says(&bench.fails(2, "generate -o a.obj"), &["a.obj", ".glb"]);
-    assert_says(&bench.fails(1, "generate -o gone/a.glb"), &["gone"]);
-    assert_eq!(bench.files().len(), 0);
-}
-
-/// A setting that no scene understands would make a file that cannot be read back.
-#[test]
-fn generate_checks_the_settings_that_it_writes() {
-    let bench = Bench::new();
-    let said = bench.fails(2, "generate -o a.glb --count 2 --set atmosphere.step=1");
-    assert_says(&said, &["--set", "atmosphere.step", "atmosphere.step_m"]);
-    assert!(!bench.path("a.glb").exists());
 }
 
 #[test]

@@ -338,6 +338,23 @@ fn fog_of_an_optical_depth_of_ten_thousand_renders_in_bounded_time() {
     assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }
 
+/// Rationale: in surroundings of radiance 1 everything that absorbs nothing has radiance 1. Set-up: fog so deep that
+/// one path in twenty is longer than those that are thinned out. Expected: 1 within four standard errors.
+#[test]
+fn deep_white_fog_in_white_surroundings_cannot_be_seen() {
+    let mut scene = empty_scene();
+    with_phase(&mut scene, PhaseModel::Isotropic);
+    scene.classes[0].albedo = Some(1.0);
+    scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::splat(1.0), 5e3)];
+    scene.suns[0].lux = 0.0;
+    scene.settings.background.radiance = [1.0; 3];
+    let outcome = render_scene(scene, 256, 4);
+    sound(&outcome);
+    let (mean, error) = mean_and_error(&outcome);
+    assert!((mean - 1.0).abs() < 4.0 * error, "{mean} +- {error}");
+    assert!(error < 0.03, "{error}");
+}
+
 #[test]
 fn dense_clouds_of_overlapping_parcels_and_droplets_stay_sound() {
     let mut scene = empty_scene();
@@ -449,6 +466,17 @@ fn the_largest_coordinates_of_a_scene_stay_sound() {
         scene.camera = orthographic(origin_m + DVec3::new(0.0, 0.0, 1e4), 1e3);
         see(scene, 8);
     }
+}
+
+/// The largest count and density that a scene may give, in the smallest ball.
+#[test]
+fn the_densest_fog_that_a_scene_can_ask_for_is_opaque() {
+    let mut scene = empty_scene();
+    scene.particles = vec![parcel(DVec3::ZERO, 1e-10, 1e36), parcel(DVec3::ZERO, 1e-10, 1e36)];
+    scene.fog_boxes = vec![fog_box(DVec3::Z, DVec3::ONE, 1e12)];
+    scene.fog_boxes[0].droplet_radius_m = Some(1e-10);
+    scene.camera = orthographic(DVec3::new(0.0, 0.0, 5.0), 1e-11);
+    assert_eq!(see(scene, 8).transmittance, 0.0);
 }
 
 #[test]

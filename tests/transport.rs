@@ -135,9 +135,10 @@ fn airlight_is_the_analytic_integral_whatever_the_step() {
     for step_m in [4.0, 1.0, 0.1] {
         let mut scene = empty_scene();
         with_air(&mut scene, scattering, absorption, depth_m, step_m);
-        let outcome = render_scene(scene, 256, 11);
+        let outcome = render_scene(scene, 4, 11);
         let (mean, error) = mean_and_error(&outcome);
-        assert!((mean - expected).abs() < 4.0 * error, "step {step_m}: {mean} +- {error} against {expected}");
+        // Air alone has no noise; pixels are f32.
+        assert!((mean - expected).abs() < 1e-7 * expected, "step {step_m}: {mean} +- {error} against {expected}");
         assert!((mean_of(&outcome, "transmittance.G") - (-extinction * depth_m).exp()).abs() < 1e-6);
     }
 }

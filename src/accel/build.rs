@@ -84,7 +84,14 @@ fn place(particles: Vec<Placed>, fog_boxes: &[PlacedBox], frame: &CloudFrame) ->
         .collect_into_vec(&mut bodies);
     bodies.extend(fog_boxes.iter().zip(n_particles..).map(|(b, id)| {
         let shape = (id - n_particles) as f32;
-        Body::new(frame.local_from_world(b.center_m), shape, b.number_per_m3 as f32, b.bin, BodyKind::Box, id)
+        Body::new(
+            frame.local_from_world(b.center_m),
+            shape,
+            b.number_per_m3.min(f64::from(f32::MAX)) as f32,
+            b.bin,
+            BodyKind::Box,
+            id,
+        )
     }));
     bodies
 }

@@ -18,15 +18,19 @@ pub(super) fn group_coincident(bodies: &mut Vec<Body>, min: DVec3, max: DVec3) -
     keyed.par_sort_unstable_by_key(|(key, body)| (*key, body.sort_key()));
     let mut group_start = Vec::with_capacity(keyed.len() + 1);
     let mut last_key = None;
+    // A million f32 additions would lose a percent.
+    let mut load = 0.0f64;
     bodies.clear();
     for (key, body) in keyed {
         if last_key != Some(key) {
             group_start.push(bodies.len() as u32);
             last_key = Some(key);
         } else if let Some(previous) = bodies.last_mut().filter(|previous| mergeable(previous, &body)) {
-            previous.load += body.load;
+            load += f64::from(body.load);
+            previous.load = load.min(f64::from(f32::MAX)) as f32;
             continue;
         }
+        load = f64::from(body.load);
         bodies.push(body);
     }
     group_start.push(bodies.len() as u32);
@@ -68,6 +72,14 @@ mod tests {
         let start = group_coincident(&mut bodies, DVec3::splat(-1.0), DVec3::splat(1.0));
         assert_eq!(start, [0, 1, 2]);
         assert_eq!((bodies[0].load, bodies[1].load), (1000.0, 1.0));
+    }
+
+    #[test]
+    fn the_sum_of_a_million_densities_is_exact_to_f32() {
+        let mut bodies: Vec<Body> = (0..1_000_000).map(|id| droplet(0.0, id)).collect();
+        bodies.iter_mut().for_each(|body| body.load = 0.1);
+        group_coincident(&mut bodies, DVec3::splat(-1.0), DVec3::splat(1.0));
+        assert_eq!((bodies.len(), bodies[0].load), (1, (1e6 * f64::from(0.1f32)) as f32));
     }
 
     #[test]

@@ -117,7 +117,10 @@ pub(crate) type SceneResult<T> = Result<T, SceneError>;
 /// Shortens text from a file for a message; control characters are escaped.
 pub(crate) fn excerpt(text: &str) -> String {
     const MOST: usize = 80;
-    let mut short: String = text.chars().take(MOST).flat_map(char::escape_debug).collect();
+    let mut short = String::new();
+    for c in text.chars().take(MOST) {
+        if c.is_control() { short.extend(c.escape_debug()) } else { short.push(c) }
+    }
     if text.chars().nth(MOST).is_some() {
         short.push_str("...");
     }

@@ -28,6 +28,9 @@ const ROULETTE_BELOW: f64 = 5e-4;
 /// searches then cost less than one through everything.
 const CROWDED: usize = 128;
 
+/// Paths of more collisions than this are thinned out, whatever their weight: clouds that people render have few.
+const LONG_PATH: u32 = 512;
+
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     let n = scratch.weight.len();
@@ -53,7 +56,7 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
         if order == 1 {
             note_depth(scratch);
         }
-        if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), scratch) {
+        if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
             return;
         }
         ray = turn(ctx, &ray, hero, order, random, scratch);
@@ -213,11 +216,20 @@ fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
     }
 }
 
-/// Keeps a path of small weight with a probability in proportion, heavier by as much.
-fn survives(u: f64, scratch: &mut Scratch) -> bool {
+/// Probability that a path of any weight goes on after a collision.
+///
+/// In fog without end or absorption as many as n^(-1/2) of all paths reach order n, so that their mean length has no
+/// bound. Surviving from n - 1 to n with sqrt(1 - 1/n) leaves 1/n of them, whose weights grow as n^(1/2): the mean length and
+/// the variance then both grow with ln n alone.
+fn survival_of_length(order: u32) -> f64 {
+    if order <= LONG_PATH { 1.0 } else { (1.0 - 1.0 / f64::from(order)).sqrt() }
+}
+
+/// Keeps a path of small weight with a probability in proportion, heavier by as much; very long ones die out.
+fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
     let Scratch { weight, event, .. } = scratch;
     let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
-    let survival = (largest / ROULETTE_BELOW).min(1.0);
+    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order);
     if u >= survival {
         return false;
     }

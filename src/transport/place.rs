@@ -43,7 +43,8 @@ fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed 
             Placed {
                 center_m: particle.center_m,
                 radius_m: particle.radius_m,
-                load: (f64::from(particle.count) / volume_m3) as f32,
+                // Denser than f32 reaches is opaque all the same.
+                load: (f64::from(particle.count) / volume_m3).min(f64::from(f32::MAX)) as f32,
                 bin,
                 kind: BodyKind::Ball,
             }
