@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use super::DropletClass;
 use super::distribution::{Shape, SizeDistribution};
-use crate::warning::Warning;
 
 /// Up to this many distinct radii each have their own bin.
 pub const EXACT_RADII: usize = 64;
@@ -19,9 +18,6 @@ pub const MAX_AUTO_BINS: usize = 48;
 /// their distance from the axis at most, the width that the distributions of real fogs (v_eff 0.1, 30 %) blur them by
 /// three times over.
 const BIN_RATIO: f64 = 1.1;
-
-/// Drops above this radius do not exist in air, m (Pruppacher & Klett 1997, section 10.3.5: they break up).
-const LARGEST_DROP_M: f32 = 5e-3;
 
 /// Histogram parts per octave of the radius, a power of two: 1.6 % at most, a sixth of a bin.
 const PARTS_PER_OCTAVE_BITS: u32 = 6;
@@ -64,8 +60,6 @@ const SLICE_NAME: &str = "sizes of the scene";
 pub struct BinPlan {
     /// The bins.
     pub bins: Vec<SizeBin>,
-    /// What was noticed about the sizes.
-    pub warnings: Vec<Warning>,
     classes: Vec<ClassBins>,
 }
 
@@ -106,7 +100,6 @@ impl BinPlan {
         for (class, (tally, droplet_class)) in tallies.iter().zip(classes).enumerate() {
             plan.add_class(class as u16, droplet_class, tally, count);
         }
-        plan.warnings = oversize_warning(&tallies).into_iter().collect();
         plan
     }
 
@@ -191,8 +184,6 @@ struct Tally {
     distinct: Vec<u32>,
     /// Droplets per part of the histogram; allocated with the first radius.
     parts: Vec<f64>,
-    oversize: usize,
-    largest_m: f32,
 }
 
 impl Tally {
@@ -213,8 +204,6 @@ impl Tally {
         if let Some(part) = self.parts.get_mut((bits >> SHIFT) as usize) {
             *part += droplet.count;
         }
-        self.oversize += usize::from(droplet.radius_m > LARGEST_DROP_M);
-        self.largest_m = self.largest_m.max(droplet.radius_m);
     }
 
     fn exact_radii(&self) -> Option<Vec<u32>> {
@@ -252,21 +241,6 @@ fn one_radius(radius_m: f32) -> SizeDistribution {
 /// The f64 that prints like the f32: 5e-6 rather than 4.999999873689376e-6, which is what was written in the scene.
 fn shortest_f64(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
-}
-
-fn oversize_warning(tallies: &[Tally]) -> Option<Warning> {
-    let count: usize = tallies.iter().map(|tally| tally.oversize).sum();
-    let largest_m = tallies.iter().map(|tally| tally.largest_m).fold(0.0, f32::max);
-    (count > 0).then(|| {
-        Warning::new(
-            format!(
-                "{count} droplets have a radius above 5 mm (the largest {} m): such drops do not exist in air",
-                largest_m
-            ),
-            "mark the mesh with extras.mie_cloud.kind = \"fog\" if balls of fog are meant, or give _DROPLET_RADIUS_UM if the \
-             droplets are drawn magnified or their radii are in micrometres",
-        )
-    })
 }
 
 #[cfg(test)]
@@ -333,13 +307,6 @@ mod tests {
         assert_eq!(plan.bins[plan.bin_of(1, 5e-6) as usize].class, 1);
         assert_eq!(BinPlan::of_distribution(&class()).bins.len(), 1);
         assert_eq!(BinPlan::new(&[class()], [], None).bins.len(), 0);
-    }
-
-    #[test]
-    fn drops_above_five_millimetres_are_warned_about() {
-        let plan = BinPlan::new(&[class()], droplets([6000.0, 5.0]), None);
-        assert!(plan.warnings[0].to_string().contains("1 droplets have a radius above 5 mm"));
-        assert!(BinPlan::new(&[class()], droplets([5.0]), None).warnings.is_empty());
     }
 
     #[test]

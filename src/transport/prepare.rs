@@ -121,7 +121,7 @@ impl Prepared {
         let fog_boxes = place_boxes(&scene.fog_boxes, &bins);
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media);
         let accel = Accel::build(placed, &fog_boxes);
-        let warnings = [bins.warnings, tables.warnings, march_warning(&lighting.air).into_iter().collect()].concat();
+        let warnings = [tables.warnings, march_warning(&lighting.air).into_iter().collect()].concat();
         enter(Stage::Ready);
         Ok(Self {
             accel,
