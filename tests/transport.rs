@@ -215,3 +215,21 @@ fn layers_add_up_and_threads_do_not_matter() {
         }
     }
 }
+
+/// Air within the ball about the camera weakens the background on every leg of a path: surroundings of radiance 1 seen
+/// through absorbing air and white, isotropic fog far smaller than the ball are exp(-absorption * depth) dark all over.
+#[test]
+fn air_weakens_scattered_background_too() {
+    let mut scene = empty_scene();
+    with_air(&mut scene, 0.0, 0.2, 5.0, 5.0);
+    with_phase(&mut scene, PhaseModel::Isotropic);
+    scene.classes[0].albedo = Some(1.0);
+    scene.settings.background.radiance = [1.0; 3];
+    scene.suns[0].lux = 0.0;
+    let radius_m = 1e-3;
+    scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::splat(radius_m), 1.0 / radius_m)];
+    scene.camera = orthographic(DVec3::new(0.0, 0.0, 2.0 * radius_m), 0.5 * radius_m);
+    let (mean, error) = mean_and_error(&render_scene(scene, 400, 2));
+    // Ways differ from the ball's radius by millimetres: 1e-3 at most.
+    assert!((mean - f64::exp(-1.0)).abs() < 4.0 * error + 1e-3, "{mean} +- {error}");
+}

@@ -159,7 +159,7 @@ pub fn columns(row: &Row) -> [(&'static str, String); 14] {
         ("bvh_s", s(row.bvh_s)),
         ("render_s", s(row.render_s)),
         ("camera_Mrays_per_s", rate(row.rays.camera)),
-        ("collisions_M_per_s", rate(row.rays.scatter)),
+        ("scatter_Mrays_per_s", rate(row.rays.scatter)),
         ("shadow_Mrays_per_s", rate(row.rays.shadow)),
         ("all_Mrays_per_s", rate(row.rays.total())),
         ("geometry_B_each", format!("{:.1}", row.geometry_bytes_per_particle)),

@@ -63,10 +63,9 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
     }
 }
 
-/// Fills `scratch.crossings` and `scratch.depth` with what a ray meets.
+/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets.
 pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let Scratch { crossings, path_depth, total_depth, rays, .. } = scratch;
-    rays.scatter += 1;
+    let Scratch { crossings, path_depth, total_depth, .. } = scratch;
     crossings.clear();
     ctx.accel.all(ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
     total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, f64::INFINITY));
@@ -89,12 +88,13 @@ fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut
 /// A later collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight
 /// then being that of the way out.
 fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    scratch.rays.scatter += 1;
     meet(ctx, ray, scratch);
     let target = -(-u).ln_1p();
     if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
         return normalize(scratch);
     }
-    escape(scratch);
+    escape(ctx, ray, scratch);
     false
 }
 
@@ -124,7 +124,7 @@ fn fly_near(
     });
     let Some(hit) = hit else {
         meet(ctx, ray, scratch);
-        escape(scratch);
+        escape(ctx, ray, scratch);
         return false;
     };
     let Scratch { crossings, .. } = scratch;
@@ -138,11 +138,12 @@ fn fly_near(
 }
 
 /// The weight of a path that meets nothing more.
-fn escape(scratch: &mut Scratch) {
+fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     let Scratch { weight, density, total_depth, .. } = scratch;
+    let air = ctx.air_transmittance(ray, f64::INFINITY);
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
-        weight[w] *= passed;
+        weight[w] *= passed * air;
         density[w] *= passed;
     }
     normalize(scratch);

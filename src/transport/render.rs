@@ -4,12 +4,12 @@ use super::random::PathRandom;
 use super::sample::{RenderContext, Scratch, take_sample};
 use crate::film::{Film, Layer};
 
-/// Rays traced and collisions found, by kind.
+/// Rays traced, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
     /// Camera rays.
     pub camera: u64,
-    /// Collisions found along rays.
+    /// Rays from one collision to the next.
     pub scatter: u64,
     /// Rays toward a sun.
     pub shadow: u64,
@@ -18,9 +18,9 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
-    /// All rays that were traced; collisions cost no ray of their own.
+    /// All rays together.
     pub fn total(&self) -> u64 {
-        self.camera + self.shadow
+        self.camera + self.scatter + self.shadow
     }
 
     fn add(&mut self, other: &RayCounts) {
