@@ -233,3 +233,23 @@ fn air_weakens_scattered_background_too() {
     // Ways differ from the ball's radius by millimetres: 1e-3 at most.
     assert!((mean - f64::exp(-1.0)).abs() < 4.0 * error + 1e-3, "{mean} +- {error}");
 }
+
+/// The air is a ball about the camera, also for an orthographic one: its ray at offset b crosses sqrt(depth^2 - b^2) of
+/// it, and one that starts outside of the ball and misses it crosses none.
+#[test]
+fn orthographic_rays_cross_a_chord_of_the_air() {
+    let (depth_m, absorption): (f64, f64) = (2.0, 0.5);
+    let mut scene = empty_scene();
+    with_air(&mut scene, 0.0, absorption, depth_m, 1.0);
+    scene.camera = orthographic(DVec3::new(3.0, -1.0, 10.0), 3.0);
+    scene.settings.image.resolution = [600, 1];
+    scene.camera.lens = mie_cloud::scene::model::Lens::Orthographic { xmag_m: 3.0, ymag_m: 1e-6 };
+    let transmittance = &channels(&render_scene(scene, 1, 1))["transmittance.G"];
+    for (column, found) in transmittance.iter().enumerate() {
+        // Somewhere in the pixel, 0.01 m wide.
+        let chord = |b: f64| (-absorption * (depth_m * depth_m - b * b).max(0.0).sqrt()).exp();
+        let (left, right) = (0.01 * column as f64 - 3.0, 0.01 * column as f64 - 2.99);
+        let (low, high) = (chord(left).min(chord(right)), chord(left).max(chord(right)));
+        assert!((low - 1e-4..=high + 1e-4).contains(&f64::from(*found)), "{column}: {found} in {low} .. {high}");
+    }
+}

@@ -33,10 +33,10 @@ pub struct Air {
 }
 
 impl Air {
-    /// Transmittance of the air over a distance from the camera, m.
+    /// Transmittance of a way through the air, m.
     #[inline]
-    pub fn transmittance(&self, t_m: f64) -> f64 {
-        (-self.extinction_per_m * t_m.min(self.depth_m)).exp()
+    pub fn transmittance(&self, way_m: f64) -> f64 {
+        (-self.extinction_per_m * way_m).exp()
     }
 }
 

@@ -15,9 +15,9 @@ const LAST_OPTICAL_DEPTH: f64 = 46.0;
 /// Most steps of a march, so that its time is bounded whatever a scene says; a longer way takes longer steps.
 const MOST_STEPS: u32 = 4096;
 
-/// Number and length in m of the steps of a march.
-pub(super) fn march_steps(air: &Air) -> (u32, f64) {
-    let way_m = air.depth_m.min(LAST_OPTICAL_DEPTH / air.extinction_per_m);
+/// Number and length in m of the steps of a march along a way.
+pub(super) fn march_steps(air: &Air, way_m: f64) -> (u32, f64) {
+    let way_m = way_m.min(LAST_OPTICAL_DEPTH / air.extinction_per_m);
     let n_steps = (way_m / air.step_m).ceil().clamp(1.0, f64::from(MOST_STEPS)) as u32;
     (n_steps, way_m / f64::from(n_steps))
 }
@@ -28,13 +28,17 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
     if air.scattering_per_m <= 0.0 {
         return;
     }
-    let (n_steps, step_m) = march_steps(air);
+    let (enter_m, leave_m) = ctx.way_in_air(ray);
+    if leave_m <= enter_m {
+        return;
+    }
+    let (n_steps, step_m) = march_steps(air, leave_m - enter_m);
     // The share of the light of a step's end that the step itself takes.
     let taken = -(-air.extinction_per_m * step_m).exp_m1();
     for step in 0..n_steps {
         let u = random.uniform(Purpose::March, step);
         let start_m = f64::from(step) * step_m;
-        let t_m = start_m + (-(-u * taken).ln_1p() / air.extinction_per_m).min(step_m);
+        let t_m = enter_m + start_m + (-(-u * taken).ln_1p() / air.extinction_per_m).min(step_m);
         let scattered = air.scattering_per_m / air.extinction_per_m * taken * air.transmittance(start_m);
         add_sample(ctx, ray, t_m, scattered, scratch);
     }

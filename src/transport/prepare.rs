@@ -152,7 +152,7 @@ impl Prepared {
 
 /// Said where the air's march takes longer steps than were asked for.
 fn march_warning(air: &Air) -> Option<Warning> {
-    let (n_steps, step_m) = march_steps(air);
+    let (n_steps, step_m) = march_steps(air, air.depth_m);
     (air.scattering_per_m > 0.0 && step_m > air.step_m).then(|| {
         Warning::new(
             format!("the air is marched in {n_steps} steps of {step_m:.3e} m, as many as there may be"),

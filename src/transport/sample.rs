@@ -36,24 +36,30 @@ pub struct RenderContext<'a> {
 }
 
 impl RenderContext<'_> {
+    /// Where a ray runs through the ball of air about the camera, m; the same twice where it does not.
+    pub(super) fn way_in_air(&self, ray: &LocalRay) -> (f64, f64) {
+        let camera = self.accel.local_ray(self.camera.position_m, ray.direction).origin;
+        way_in_ball(ray, camera, self.lighting.air.depth_m)
+    }
+
     /// Transmittance of the air over the first `t_m` metres of a ray.
     pub(super) fn air_transmittance(&self, ray: &LocalRay, t_m: f64) -> f64 {
         if !self.switches.air {
             return 1.0;
         }
-        let camera = self.accel.local_ray(self.camera.position_m, ray.direction).origin;
-        let air = &self.lighting.air;
-        (-air.extinction_per_m * way_in_ball(ray, camera, air.depth_m, t_m)).exp()
+        let (enter_m, leave_m) = self.way_in_air(ray);
+        self.lighting.air.transmittance((leave_m.min(t_m) - enter_m).max(0.0))
     }
 }
 
-/// How far the first `t_m` metres of a ray run inside a ball, m.
-fn way_in_ball(ray: &LocalRay, center: DVec3, radius_m: f64, t_m: f64) -> f64 {
+/// Where a ray enters and leaves a ball, m from its origin; the same twice where it misses it.
+fn way_in_ball(ray: &LocalRay, center: DVec3, radius_m: f64) -> (f64, f64) {
     let to_center = center - ray.origin;
     let middle = to_center.dot(ray.direction);
     let rest = radius_m * radius_m - (to_center - middle * ray.direction).length_squared();
     let half = rest.max(0.0).sqrt();
-    ((middle + half).min(t_m) - (middle - half).max(0.0)).max(0.0)
+    let enter_m = (middle - half).max(0.0);
+    (enter_m, (middle + half).max(enter_m))
 }
 
 /// Buffers of one thread, reused from path to path.
@@ -149,7 +155,7 @@ pub(super) fn take_sample(
     // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
     meet(ctx, &ray, scratch);
     let mut sample = Sample::default();
-    see_through(ctx, scratch, &mut sample);
+    see_through(ctx, &ray, scratch, &mut sample);
     if ctx.switches.airlight {
         add_airlight(ctx, &ray, random, scratch);
     }
@@ -165,10 +171,10 @@ pub(super) fn take_sample(
 }
 
 /// The background and the opacity, exact along the camera ray.
-fn see_through(ctx: &RenderContext, scratch: &mut Scratch, sample: &mut Sample) {
+fn see_through(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch, sample: &mut Sample) {
     let lighting = ctx.lighting;
     let Scratch { total_depth, sunlit: passed, layers, .. } = scratch;
-    let air = if ctx.switches.air { lighting.air.transmittance(f64::INFINITY) } else { 1.0 };
+    let air = ctx.air_transmittance(ray, f64::INFINITY);
     for (passed, depth) in passed.iter_mut().zip(total_depth) {
         *passed = (-*depth).exp() * air;
     }
