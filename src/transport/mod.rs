@@ -1,8 +1,11 @@
 //! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
 
 mod camera;
+mod chain;
 mod collision;
 mod event;
+mod flight;
+mod forward;
 mod lighting;
 mod march;
 mod media;

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::forward::ForwardLobes;
 use super::lighting::{Air, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
-use super::place::{bin_plan, place_boxes, place_particles};
+use super::place::{bin_areas, bin_plan, place_boxes, place_particles};
 use super::sample::RenderContext;
 use crate::accel::Accel;
 use crate::optics::DropletClass;
@@ -85,6 +86,7 @@ pub struct Prepared {
     pub resolution: [u32; 2],
     /// Most times that light is scattered by droplets; unlimited unless set.
     pub max_order: u32,
+    lobes: Option<ForwardLobes>,
     /// How much there is of everything.
     pub counts: Counts,
     /// What was noticed on the way.
@@ -120,6 +122,7 @@ impl Prepared {
         let counts = counts(&scene, &tables);
         let fog_boxes = place_boxes(&scene.fog_boxes, &bins);
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media);
+        let lobes = forward_lobes(&media, &bin_areas(&media, &placed, &fog_boxes));
         let accel = Accel::build(placed, &fog_boxes);
         let warnings = [tables.warnings, march_warning(&lighting.air).into_iter().collect()].concat();
         enter(Stage::Ready);
@@ -131,6 +134,7 @@ impl Prepared {
             switches: plan.switches(has_air),
             resolution: scene.settings.image.resolution,
             max_order: u32::MAX,
+            lobes,
             counts,
             warnings,
         })
@@ -141,6 +145,7 @@ impl Prepared {
         RenderContext {
             accel: &self.accel,
             media: &self.media,
+            lobes: self.lobes.as_ref(),
             lighting: &self.lighting,
             camera: &self.camera,
             switches: self.switches,
@@ -159,6 +164,14 @@ fn march_warning(air: &Air) -> Option<Warning> {
             "raise atmosphere.step_m or lower atmosphere.depth_m",
         )
     })
+}
+
+/// The forward lobe that all droplets have in common, by how much each size bin takes from the light.
+fn forward_lobes(media: &Media, areas_m2: &[f64]) -> Option<ForwardLobes> {
+    let bins = || (0..media.n_bins()).filter(|bin| areas_m2[*bin] > 0.0);
+    let mixture = |w: usize| bins().map(|bin| (areas_m2[bin], &*media.phase(bin)[w])).collect();
+    let mixtures: Vec<Vec<_>> = (0..media.n_wavelengths()).map(mixture).collect();
+    ForwardLobes::new(&mixtures)
 }
 
 /// Wavelengths that need tables; without dispersion all share the middle one.

@@ -18,11 +18,16 @@ pub(super) enum Purpose {
     Hero,
     Collision,
     Roulette,
-    Lobe,
     Bin,
     Angle,
     Azimuth,
     March,
+    ChainSun,
+    ChainChance,
+    ChainLength,
+    ChainAngle,
+    ChainAzimuth,
+    ChainCollision,
     /// Free flight: plus the number of the collision, for every body.
     Body,
 }

@@ -1,12 +1,15 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
 use super::camera::camera_ray;
+use super::chain::Aside;
 use super::collision::Finder;
-use super::event::Event;
+use super::event::{Event, Turn};
+use super::flight::meet;
+use super::forward::ForwardLobes;
 use super::lighting::Lighting;
 use super::march::add_airlight;
 use super::media::Media;
-use super::path::{add_path, meet};
+use super::path::add_path;
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
 use super::transmittance::OpticalDepth;
@@ -23,6 +26,8 @@ pub struct RenderContext<'a> {
     pub accel: &'a Accel,
     /// What it does to light.
     pub media: &'a Media,
+    /// The forward lobe that the droplets have in common, where they have one.
+    pub(super) lobes: Option<&'a ForwardLobes>,
     /// The light.
     pub lighting: &'a Lighting,
     /// The camera.
@@ -68,8 +73,16 @@ pub(super) struct Scratch {
     pub weight: Vec<f64>,
     /// Density with which each wavelength would have drawn the path, over their mean.
     pub density: Vec<f64>,
-    pub scattered: Vec<f64>,
-    pub lobes: Vec<f64>,
+    /// What the last turn that was asked about is worth.
+    pub turned: Turn,
+    /// What a look at the sun is worth, without its light.
+    pub looked: Vec<f64>,
+    /// Share of the path whose turns all belong to the common forward lobe.
+    pub small_turns: Vec<f64>,
+    /// Sum of the rarities of its turns.
+    pub rarity: f64,
+    /// The chain toward the sun.
+    pub aside: Aside,
     /// The collision that the path is at.
     pub event: Event,
     pub finder: Finder,
@@ -96,8 +109,11 @@ impl Scratch {
         Self {
             weight: zeros(),
             density: zeros(),
-            scattered: zeros(),
-            lobes: zeros(),
+            turned: Turn::new(n_wavelengths),
+            looked: zeros(),
+            small_turns: zeros(),
+            rarity: 0.0,
+            aside: Aside::new(n_wavelengths),
             event: Event::new(n_wavelengths),
             finder: Finder::default(),
             total_depth: zeros(),
