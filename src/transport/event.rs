@@ -39,12 +39,6 @@ impl Turn {
     pub fn new(n_wavelengths: usize) -> Self {
         Self { light: vec![0.0; n_wavelengths], lobe: vec![0.0; n_wavelengths], drawn: vec![0.0; n_wavelengths] }
     }
-
-    fn clear(&mut self) {
-        self.light.fill(0.0);
-        self.lobe.fill(0.0);
-        self.drawn.fill(0.0);
-    }
 }
 
 impl Event {
@@ -99,16 +93,20 @@ impl Event {
 
     /// Fills `out` with what a turn by h is worth, summed over what takes part.
     pub fn turn(&self, media: &Media, lobes: Option<&ForwardLobes>, h: f64, out: &mut Turn) {
-        out.clear();
-        for (bin, load) in &self.acting {
+        let Turn { light: light_sum, lobe: lobe_sum, drawn: drawn_sum } = out;
+        for (i, (bin, load)) in self.acting.iter().enumerate() {
             let bin = *bin as usize;
             let (albedo, phase) = (media.albedo(bin), media.phase(bin));
             for w in 0..self.sigma.len() {
                 let (part, p) = (self.part(media, bin, *load, w), phase[w].eval(h));
-                out.light[w] += part * albedo[w] * p;
-                out.drawn[w] += part * p;
-                if let Some(lobes) = lobes {
-                    out.lobe[w] += part * albedo[w] * lobes.part(w, h, p);
+                let (drawn, light) = (part * p, part * albedo[w] * p);
+                let lobe = lobes.map_or(0.0, |lobes| part * albedo[w] * lobes.part(w, h, p));
+                if i == 0 {
+                    (light_sum[w], lobe_sum[w], drawn_sum[w]) = (light, lobe, drawn);
+                } else {
+                    light_sum[w] += light;
+                    lobe_sum[w] += lobe;
+                    drawn_sum[w] += drawn;
                 }
             }
         }

@@ -44,7 +44,8 @@ pub(super) fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, sc
 pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
     scratch.rays.scatter += 1;
     meet(ctx, ray, scratch);
-    let target = -(-u).ln_1p();
+    // 1 - u is exact.
+    let target = -(1.0 - u).ln();
     if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
         return normalize(scratch);
     }
