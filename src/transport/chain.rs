@@ -39,7 +39,6 @@ pub(super) struct Aside {
     density: Vec<f64>,
     /// Turns from the sun outward: h of each, and the direction that it turns to the one before.
     turns: Vec<(f64, DVec3)>,
-    sun: usize,
 }
 
 impl Aside {
@@ -82,24 +81,39 @@ impl Lengths {
     }
 }
 
+/// A collision of a path, as far as chains from it need to know.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station<'a> {
+    /// The ray along which the path came.
+    pub ray: &'a LocalRay,
+    /// The wavelength that draws.
+    pub hero: usize,
+    /// Number of the collision, from 1.
+    pub order: u32,
+    /// The sun that the chain leads to.
+    pub sun: usize,
+    /// Optical depth toward it.
+    pub sun_depth: f64,
+    /// Whether so much is in the way that only the near is looked at.
+    pub is_crowded: bool,
+}
+
 /// The sun that chains of one collision lead to.
 pub(super) fn pick_sun(ctx: &RenderContext, order: u32, random: &PathRandom) -> usize {
     let n = ctx.lighting.suns.len();
     ((random.uniform(Purpose::ChainSun, order) * n as f64) as usize).min(n.saturating_sub(1))
 }
 
-/// Draws a chain for the collision of a path that came along `ray`, and what it is worth there; `false` where there is
-/// none. `sun_depth` is the optical depth toward the sun.
+/// Draws a chain for a collision, and what it is worth there; `false` where there is none.
 pub(super) fn begin_chain(
     ctx: &RenderContext,
     lobes: &ForwardLobes,
-    ray: &LocalRay,
-    [hero, sun]: [usize; 2],
-    order: u32,
-    sun_depth: f64,
+    station: &Station,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> bool {
+    let Station { ray, hero, order, sun, sun_depth, .. } = *station;
+    let Some(light) = ctx.lighting.suns.get(sun) else { return false };
     let small_turns = lobes.share() * sun_depth;
     let chance = (CHAINS * small_turns.min(1.0).sqrt() * (-CHANCE_DECAY * sun_depth).exp()).clamp(LEAST_CHANCE, 1.0);
     if random.uniform(Purpose::ChainChance, order) >= chance {
@@ -111,9 +125,8 @@ pub(super) fn begin_chain(
         return false;
     }
     let mut rarity = 0.0;
-    let mut toward = -ctx.lighting.suns[sun].direction;
+    let mut toward = -light.direction;
     scratch.aside.turns.clear();
-    scratch.aside.sun = sun;
     for i in 0..n_turns {
         let h = lobes.sample(hero, random.uniform(Purpose::ChainAngle, draw_of(order, i)));
         toward = around(toward, h, random.uniform(Purpose::ChainAzimuth, draw_of(order, i)));
@@ -131,19 +144,18 @@ pub(super) fn begin_chain(
     aside.weight.iter().any(|weight| *weight > 0.0)
 }
 
-/// Follows the chain from a point to the sun and adds the light that comes along it; the path's own state stays as it is.
+/// Follows the chain from the collision to the sun and adds the light that comes along it; the path's own weight stays as it
+/// is, its event does not.
 pub(super) fn follow_chain(
     ctx: &RenderContext,
     lobes: &ForwardLobes,
-    origin: DVec3,
-    [hero, order]: [usize; 2],
-    is_crowded: bool,
+    station: &Station,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
     scratch.step_aside();
-    if fly_chain(ctx, lobes, origin, [hero, order], is_crowded, random, scratch) {
-        let sun = &ctx.lighting.suns[scratch.aside.sun];
+    if fly_chain(ctx, lobes, station, random, scratch) {
+        let sun = &ctx.lighting.suns[station.sun];
         let sun_ray = LocalRay { origin: scratch.event.point, direction: -sun.direction };
         scratch.light_sun(ctx, &sun_ray);
         let Scratch { weight, sunlit, layers, .. } = scratch;
@@ -158,16 +170,16 @@ pub(super) fn follow_chain(
 fn fly_chain(
     ctx: &RenderContext,
     lobes: &ForwardLobes,
-    mut origin: DVec3,
-    [hero, order]: [usize; 2],
-    is_crowded: bool,
+    station: &Station,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> bool {
+    let Station { hero, order, is_crowded, .. } = *station;
+    let mut origin = scratch.event.point;
     for i in (0..scratch.aside.turns.len()).rev() {
         let (h, direction) = scratch.aside.turns[i];
         let ray = LocalRay { origin, direction };
-        let draw = draw_of(order as u32, i as u32);
+        let draw = draw_of(order, i as u32);
         let collided = if is_crowded {
             fly_near(ctx, &ray, hero, CHAIN_FLIGHTS | draw, random, scratch)
         } else {

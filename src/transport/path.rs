@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::chain::{begin_chain, follow_chain, pick_sun};
+use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::flight::{fly, fly_near, force, is_crowded, normalize};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
@@ -26,12 +26,12 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
     let hero = ((random.uniform(Purpose::Hero, 0) * n as f64) as usize).min(n - 1);
     scratch.begin_path();
     let mut ray = *camera_ray;
-    let crowded = is_crowded(scratch);
+    let is_crowded = is_crowded(scratch);
     for order in 1..=ctx.max_order {
         let u = random.uniform(Purpose::Collision, order);
         let collided = match order {
             1 => force(ctx, &ray, hero, u, scratch),
-            _ if crowded => fly_near(ctx, &ray, hero, order, random, scratch),
+            _ if is_crowded => fly_near(ctx, &ray, hero, order, random, scratch),
             _ => fly(ctx, &ray, hero, u, scratch),
         };
         if !collided {
@@ -48,12 +48,11 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
         if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
             return;
         }
-        let chain = ctx.lobes.filter(|lobes| {
-            sun_depth.is_some_and(|depth| begin_chain(ctx, lobes, &ray, [hero, sun], order, depth, random, scratch))
-        });
+        let station = Station { ray: &ray, hero, order, sun, sun_depth, is_crowded };
+        let chain = ctx.lobes.filter(|lobes| begin_chain(ctx, lobes, &station, random, scratch));
         let next = turn(ctx, &ray, hero, order, random, scratch);
         if let Some(lobes) = chain {
-            follow_chain(ctx, lobes, next.origin, [hero, order as usize], crowded, random, scratch);
+            follow_chain(ctx, lobes, &station, random, scratch);
         }
         ray = next;
     }
@@ -67,13 +66,12 @@ fn note_depth(scratch: &mut Scratch) {
     *depth_weight += real;
 }
 
-/// The sunlight that the collision sends back along the path; returns the optical depth toward the sun of the given number,
-/// or `None` where nothing is scattered.
-fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, sun: usize, layer: Layer, scratch: &mut Scratch) -> Option<f64> {
+/// The sunlight that the collision sends back along the path; returns the optical depth toward the sun of the given number.
+fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, sun: usize, layer: Layer, scratch: &mut Scratch) -> f64 {
+    let mut sun_depth = 0.0;
     if scratch.weight.iter().all(|weight| *weight <= 0.0) {
-        return None;
+        return sun_depth;
     }
-    let mut sun_depth = None;
     for (i, light) in ctx.lighting.suns.iter().enumerate() {
         let sun_ray = LocalRay { origin: scratch.event.point, direction: -light.direction };
         scratch.light_sun(ctx, &sun_ray);
@@ -85,7 +83,7 @@ fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, sun: usize, layer: Layer, s
         if i == sun {
             let passed = sunlit.iter().sum::<f64>() / sunlit.len() as f64;
             // Without shadows nothing was asked: one small turn is a fair guess.
-            sun_depth = Some(if ctx.switches.shadows { -passed.max(f64::MIN_POSITIVE).ln() } else { 1.0 });
+            sun_depth = if ctx.switches.shadows { -passed.max(f64::MIN_POSITIVE).ln() } else { 1.0 };
         }
     }
     sun_depth

@@ -140,6 +140,11 @@ impl Prepared {
         })
     }
 
+    /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.
+    pub fn without_chains(self) -> Self {
+        Self { lobes: None, ..self }
+    }
+
     /// What every sample reads.
     pub fn context(&self) -> RenderContext<'_> {
         RenderContext {
