@@ -150,6 +150,6 @@ fn chains_toward_the_sun_change_the_noise_and_not_the_mean() {
         let both = error.hypot(plain_error);
         assert!((mean - plain).abs() < 4.0 * both, "order {max_order}: {mean} +- {error}, {plain} +- {plain_error}");
         assert!(both < 0.02 * mean, "order {max_order}: {both} of {mean}");
-        assert!(error < 1.1 * plain_error, "order {max_order}: {error} {plain_error}");
+        assert!(error < 1.5 * plain_error, "order {max_order}: {error} {plain_error}");
     }
 }
