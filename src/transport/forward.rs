@@ -15,8 +15,10 @@ const LEVEL: f64 = 0.06;
 /// Henyey and Greenstein's function reaches 0.5, both ways cost the same.
 const LEAST_PEAK: f64 = 0.6;
 
-/// A droplet's lobe is cut at this multiple of the common one, so that no chain of scatterings has a surprising weight.
-const HIGHEST: f64 = 2.0;
+/// A droplet's lobe is cut at this multiple of the common one, so that no chain has a surprising weight. In a cloud of single
+/// droplets of 10 um with an effective variance of 0.2 and depth 5, 2 leaves so much of the largest ones' peaks that the noise
+/// doubles; 32 changes nothing.
+const HIGHEST: f64 = 8.0;
 
 /// The staircase nowhere falls below this fraction of `LEVEL`, so that all of every lobe can be drawn.
 const FLOOR: f64 = 0.05;
