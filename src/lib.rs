@@ -10,6 +10,7 @@ pub mod film;
 pub mod image;
 pub mod mie;
 pub mod optics;
+pub mod paper;
 pub mod plan;
 pub mod scene;
 pub mod spectrum;

@@ -60,6 +60,16 @@ fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
     complete(name, parts)
 }
 
+/// Loads a scene from the bytes of a `.gltf` or `.glb` file that is built into the program; `name` says where it would lie.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_embedded(name: &str, file: &[u8], options: &LoadOptions) -> Result<Scene, SceneError> {
+    let path = Path::new(name);
+    let scene = read(file, &Folder::of_scene(path), options).and_then(|parts| complete(name.into(), parts));
+    scene.map_err(|e| e.in_file(path))
+}
+
 /// Adds camera and sun where there are none, and the hash.
 fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings } = parts;

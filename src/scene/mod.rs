@@ -18,4 +18,4 @@ mod settings_json;
 pub mod settings_parse;
 
 pub use error::{SceneError, SceneFault};
-pub use load::{LoadOptions, load};
+pub use load::{LoadOptions, load, load_embedded};
