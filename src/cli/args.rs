@@ -43,6 +43,8 @@ pub enum Command {
     Bench(BenchCommand),
     /// Compares two EXR pictures
     Diff(DiffArgs),
+    /// Makes ten figures of a paper by its formulas and by exact Mie, side by side
+    Paper(PaperArgs),
 }
 
 #[derive(Debug, Subcommand)]
@@ -299,6 +301,22 @@ pub struct DiffArgs {
     /// Largest relative RMSE that counts as equal; above it the exit code is 1
     #[arg(long, value_name = "E", value_parser = parse_nonnegative)]
     pub max_rel: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub struct PaperArgs {
+    /// Folder for contact.png, table.csv, table.txt and the pictures; it is made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = "paper", help_heading = "Output")]
+    pub output: PathBuf,
+    /// Refuses to overwrite files
+    #[arg(long, help_heading = "Output")]
+    pub no_clobber: bool,
+    /// Threads [default: one per processor]; the pictures do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
+    pub threads: Option<u16>,
+    /// Prints errors and the table only
+    #[arg(short, long, help_heading = "Running")]
+    pub quiet: bool,
 }
 
 #[cfg(test)]

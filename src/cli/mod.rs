@@ -10,6 +10,7 @@ mod inspect;
 mod limits;
 mod mie;
 mod output;
+mod paper;
 mod progress;
 mod render;
 mod scene;
@@ -53,5 +54,6 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Inspect(args) => inspect::run(&args),
         Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Paper(args) => paper::run(&args),
     }
 }

@@ -34,6 +34,14 @@ pub fn write_preview(path: &Path, picture: &Picture, existing: Existing) -> Resu
     Ok(file::write_atomically(path, existing, |writer| encode(writer, &preview, software))?)
 }
 
+/// Writes an 8-bit sRGB picture as it is; `software` becomes a text chunk.
+///
+/// # Errors
+/// When the file cannot be written; the previous file is then as it was.
+pub fn write(path: &Path, pixels: &Preview, software: &str, existing: Existing) -> Result<(), FileError> {
+    file::write_atomically(path, existing, |writer| encode(writer, pixels, Some(software)))
+}
+
 /// Encodes a preview; equal previews give equal bytes.
 fn encode(writer: &mut dyn Write, preview: &Preview, software: Option<&str>) -> io::Result<()> {
     let mut encoder = ::png::Encoder::new(writer, preview.width, preview.height);

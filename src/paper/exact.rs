@@ -27,6 +27,11 @@ impl ExactSphere {
         Ok(Self { series, rule: GaussLegendre::new(POINTS) })
     }
 
+    /// Size parameter.
+    pub fn x(&self) -> f64 {
+        self.series.x
+    }
+
     /// Scattering efficiency.
     pub fn q_sca(&self) -> f64 {
         self.series.efficiencies().q_sca

@@ -52,9 +52,14 @@ impl Efficiencies {
         self.q_sca + self.q_abs
     }
 
+    /// Q_sca (1 - Q_abs): what the droplet makes of white light, apart from its direction.
+    pub fn strength(&self) -> f64 {
+        self.q_sca * (1.0 - self.q_abs)
+    }
+
     /// I = P(mu) Q_sca (1 - Q_abs), theory (86).
     pub fn intensity(&self, mu: f64) -> f64 {
-        phase(mu) * self.q_sca * (1.0 - self.q_abs)
+        phase(mu) * self.strength()
     }
 }
 

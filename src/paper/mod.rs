@@ -7,9 +7,18 @@
 mod bessel;
 mod captions;
 mod exact;
+mod exact_column;
 mod figures;
 pub mod formulas;
+mod geometry;
+mod picture;
+mod sheet;
+mod study;
+mod table;
 
 pub use captions::{Claim, Verdict, judge};
 pub use exact::ExactSphere;
 pub use figures::{Channel, FIGURES, Figure, INDEX, WAVELENGTHS_NM};
+pub use sheet::contact_sheet;
+pub use study::{Column, Method, Numbers, PaperError, Study, make};
+pub use table::{sensitivity, text, write_csv};
