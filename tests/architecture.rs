@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Module, and the modules of this crate that it may name.
-const MAY_USE: [(&str, &[&str]); 13] = [
+const MAY_USE: [(&str, &[&str]); 14] = [
     ("units", &[]),
     ("suggest", &[]),
     ("warning", &[]),
@@ -20,10 +20,11 @@ const MAY_USE: [(&str, &[&str]); 13] = [
         "study",
         &["accel", "film", "image", "mie", "optics", "plan", "scene", "spectrum", "transport", "units", "warning"],
     ),
+    ("paper", &["film", "image", "mie", "optics", "plan", "scene", "spectrum", "transport"]),
 ];
 
 /// Crate, and the places that may name it.
-const ONLY_IN: [(&str, &[&str]); 9] = [
+const ONLY_IN: [(&str, &[&str]); 10] = [
     ("gltf::", &["scene/gltf"]),
     ("obvhs", &["accel"]),
     ("exr::prelude", &["image/exr"]),
@@ -32,6 +33,7 @@ const ONLY_IN: [(&str, &[&str]); 9] = [
     ("indicatif", &["cli"]),
     ("anyhow", &["cli"]),
     ("plotters", &["study/plot"]),
+    ("embedded_graphics", &["paper/sheet"]),
     ("std::time", &["study", "cli"]),
 ];
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::study::PaperError;
 use crate::film::develop;
-use crate::image::Picture;
+use crate::image::{Attribute, Picture};
 use crate::plan::plan;
 use crate::scene::model::Scene;
 use crate::spectrum::{SpectralMode, SpectralSampling};
@@ -38,6 +38,7 @@ pub(super) fn draw(scene: Scene) -> Result<(Picture, Vec<&'static str>), PaperEr
     for channel in develop(&outcome.film, &[], 1.0) {
         picture.push(channel.name, channel.values);
     }
+    picture.record("mieCloud:samples", Attribute::Int(outcome.samples as i32));
     Ok((picture, effects))
 }
 
