@@ -79,7 +79,7 @@ fn paper_figure(figure: &Figure) -> Result<Recipe, Box<dyn Error>> {
         view: View { camera: Some(camera), sun_elevation_deg: 45.0, sun_azimuth_deg: 90.0, ..View::default() },
         settings: settings(json!({
             "atmosphere": {
-                "scattering_per_m": 0.025, "absorption_per_m": 0.1, "phase": "isotropic", "depth_m": 10.0, "step_m": 0.1,
+                "scattering_per_m": 0.025, "absorption_per_m": 0.1, "phase": "isotropic", "depth_m": 10.0, "step_m": 0.2,
                 "sunlight": false,
             },
             "spectral": { "mode": "rgb" },
