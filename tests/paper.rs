@@ -189,7 +189,7 @@ fn every_kind_of_claim_can_be_true_and_false() {
 #[test]
 fn scenes_hold_the_droplets_of_their_figures() {
     for figure in FIGURES {
-        let scene = figure.scene().unwrap();
+        let scene = figure.scene(None).unwrap();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         let [droplet] = scene.particles[..] else { panic!("one droplet") };
         assert!((f64::from(droplet.droplet_radius_m) * 2e9 / figure.diameter_nm - 1.0).abs() < 1e-6);

@@ -10,10 +10,13 @@ use program::{Bench, assert_says, shipped, text};
 
 const N_FILES: usize = 33;
 
+/// Pictures of a quarter of the usual pixels; 45 of them are tan(20 degrees) from the middle to the upper edge.
+const SMALL: [u32; 2] = [160, 90];
+
 #[test]
 fn the_command_writes_sheet_tables_and_pictures() {
     let bench = Bench::new();
-    let output = bench.run("paper");
+    let output = bench.run("paper --resolution 80x45");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert_says(&text(&output.stderr), &["figure 1 of 10: 201.5015 nm", "contact.png"]);
     let table = text(&output.stdout);
@@ -35,12 +38,12 @@ fn the_command_writes_sheet_tables_and_pictures() {
     }
 
     let reader = png::Decoder::new(std::io::Cursor::new(bench.read("paper/contact.png"))).read_info().unwrap();
-    assert!(reader.info().width >= 3 * 320 && reader.info().height >= 10 * 180);
+    assert!(reader.info().width >= 3 * 80 && reader.info().height >= 10 * 45);
 
     // The exact column is what `render` makes of the same scene, byte for byte.
     let exact = bench.picture("paper/fig04-exact.exr");
     let Some(Attribute::Int(spp)) = exact.attribute("mieCloud:samples") else { panic!("samples are recorded") };
-    bench.ok(&format!("render {} -o again.exr --spp {spp} -q", shipped("scenes/paper/fig04.gltf")));
+    bench.ok(&format!("render {} -o again.exr --resolution 80x45 --spp {spp} -q", shipped("scenes/paper/fig04.gltf")));
     let again = bench.picture("again.exr");
     for name in ["R", "G", "B", "A"] {
         assert_eq!(exact.channel(name), again.channel(name), "{name}");
@@ -80,7 +83,7 @@ fn at(picture: &Picture, name: &str, [x, y]: [u32; 2]) -> f64 {
 #[test]
 fn the_published_columns_are_what_their_formulas_say() {
     let figure = &FIGURES[0];
-    let study = make(figure).unwrap();
+    let study = make(figure, Some(SMALL)).unwrap();
     for (column, variant) in study.columns.iter().zip([Variant::Listing, Variant::Equations]) {
         let strength = WAVELENGTHS_NM.map(|wavelength| {
             let x = size_parameter(figure.diameter_nm, wavelength);
@@ -88,20 +91,20 @@ fn the_published_columns_are_what_their_formulas_say() {
         });
         let picture = &column.picture;
         let (width, height) = (picture.width, picture.height);
-        for place in [[0, 0], [width / 2, height / 2], [width - 1, height - 1], [width - 20, 5]] {
+        for place in [[0, 0], [width / 2, height / 2], [width - 1, height - 1], [width - 10, 3]] {
             let blue_over_red = at(picture, "B", place) / at(picture, "R", place);
             assert!((blue_over_red / (strength[2] / strength[0]) - 1.0).abs() < 1e-5, "{place:?}");
         }
         let [forward, backward] =
-            [[width / 2 + 60, height / 2 + 60], [width / 2 - 60, height / 2 - 60]].map(|place| at(picture, "G", place));
+            [[width / 2 + 30, height / 2 + 30], [width / 2 - 30, height / 2 - 30]].map(|place| at(picture, "G", place));
         assert!(forward > 50.0 * backward, "{forward} and {backward}");
         let droplet = picture.channel("state.G").unwrap().iter().filter(|state| **state == 1.0).count();
         let missed = picture.channel("state.G").unwrap().iter().filter(|state| **state == 0.0).count();
         assert_eq!(droplet + missed, (width * height) as usize);
-        // The droplet's cone: tan = 0.5 / sqrt(36 - 0.25), 90 pixels per tan(20 degrees).
-        let radius = 0.5 / 35.75_f64.sqrt() * 90.0 / 20_f64.to_radians().tan();
+        // The droplet's cone: tan = 0.5 / sqrt(36 - 0.25), on the scale of SMALL.
+        let radius = 0.5 / 35.75_f64.sqrt() * 45.0 / 20_f64.to_radians().tan();
         let area = std::f64::consts::PI * radius * radius;
-        assert!((droplet as f64 / area - 1.0).abs() < 0.07, "{droplet} and {area}");
+        assert!((droplet as f64 / area - 1.0).abs() < 0.12, "{droplet} and {area}");
     }
 }
 
@@ -109,13 +112,13 @@ fn the_published_columns_are_what_their_formulas_say() {
 /// top edge, which passes the droplet at some distance.
 #[test]
 fn the_atmosphere_is_marched_as_published() {
-    let study = make(&FIGURES[0]).unwrap();
+    let study = make(&FIGURES[0], Some(SMALL)).unwrap();
     let picture = &study.columns[1].picture;
     let q = efficiencies(Variant::Equations, Caution::None, size_parameter(201.5015, 450.0), INDEX);
     let half = 20_f64.to_radians().tan();
     let mut expected = 0.0;
     for ray in [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]] {
-        let (right, up) = ((160.0 + ray[0]) / 160.0 - 1.0, 1.0 - ray[1] / 90.0);
+        let (right, up) = ((80.0 + ray[0]) / 80.0 - 1.0, 1.0 - ray[1] / 45.0);
         let (dx, dy) = (right * half * 320.0 / 180.0, up * half);
         let length = (dx * dx + dy * dy + 1.0_f64).sqrt();
         for k in 1..=50 {
@@ -126,7 +129,7 @@ fn the_atmosphere_is_marched_as_published() {
             expected += 0.25 * 0.025 * p * q.q_sca * (-0.1 * 0.2 * f64::from(k)).exp();
         }
     }
-    let found = at(picture, "B", [160, 0]);
+    let found = at(picture, "B", [80, 0]);
     assert!((found / expected - 1.0).abs() < 1e-5, "{found} and {expected}");
 }
 
@@ -135,7 +138,7 @@ fn the_atmosphere_is_marched_as_published() {
 fn threads_do_not_change_the_pictures() {
     let bytes = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let study = pool.install(|| make(&FIGURES[8])).unwrap();
+        let study = pool.install(|| make(&FIGURES[8], Some([33, 20]))).unwrap();
         study.columns.each_ref().map(|column| exr::encode(&column.picture).unwrap())
     };
     assert!(bytes(1) == bytes(3));

@@ -311,6 +311,9 @@ pub struct PaperArgs {
     /// Refuses to overwrite files
     #[arg(long, help_heading = "Output")]
     pub no_clobber: bool,
+    /// Size of each picture in pixels [default: the scenes', 320x180]
+    #[arg(long, value_name = "WxH", value_parser = parse_resolution, help_heading = "Output")]
+    pub resolution: Option<[u32; 2]>,
     /// Threads [default: one per processor]; the pictures do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
     pub threads: Option<u16>,

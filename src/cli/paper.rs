@@ -25,7 +25,7 @@ fn run_here(args: &PaperArgs) -> Result<u8, Failure> {
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     let folder = args.output.as_path();
     prepare_folder(folder, existing)?;
-    let studies = make_all(args.quiet)?;
+    let studies = make_all(args)?;
     let text = paper::text(&studies).map_err(Failure::other)?;
     write_files(folder, &studies, &text, existing)?;
     if !args.quiet {
@@ -63,12 +63,12 @@ fn picture_path(folder: &Path, figure: &Figure, method: Method) -> PathBuf {
     folder.join(format!("fig{:02}-{}.exr", figure.number, method.name()))
 }
 
-fn make_all(quiet: bool) -> Result<Vec<Study>, Failure> {
+fn make_all(args: &PaperArgs) -> Result<Vec<Study>, Failure> {
     let make = |figure: &Figure| {
-        if !quiet {
+        if !args.quiet {
             eprintln!("figure {} of {}: {} nm", figure.number, FIGURES.len(), figure.diameter_nm);
         }
-        paper::make(figure).map_err(Failure::other)
+        paper::make(figure, args.resolution).map_err(Failure::other)
     };
     FIGURES.iter().map(make).collect()
 }

@@ -117,7 +117,7 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
 }
 
 /// Encodes a linear value with the sRGB curve (IEC 61966-2-1) in 8 bits.
-fn quantise(linear: f64) -> u8 {
+pub fn quantise(linear: f64) -> u8 {
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round().clamp(0.0, 255.0) as u8
 }

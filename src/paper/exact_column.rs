@@ -15,7 +15,7 @@ const ACCURACY: f64 = 0.05;
 
 /// Noise at which a picture is good enough to be looked at, and where sampling ends whatever the noise.
 const NOISE: f64 = 0.02;
-const MOST_SPP: u32 = 32;
+const MOST_SPP: u32 = 16;
 
 /// Renders a scene. Returns the picture and the names of the effects that were simulated.
 pub(super) fn draw(scene: Scene) -> Result<(Picture, Vec<&'static str>), PaperError> {

@@ -43,12 +43,14 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The scene of the figure, from `scenes/paper`: the droplet drawn large, light, air and camera.
+    /// The scene of the figure, from `scenes/paper`: the droplet drawn large, light, air and camera. `resolution`, in
+    /// pixels, each at least 1, wins over the scene's own.
     ///
     /// # Errors
     /// When the scene that was built in is broken.
-    pub fn scene(&self) -> Result<Scene, SceneError> {
-        load_embedded(&self.scene_path(), self.gltf.as_bytes(), &LoadOptions::default())
+    pub fn scene(&self, resolution: Option<[u32; 2]>) -> Result<Scene, SceneError> {
+        let options = LoadOptions { resolution, ..LoadOptions::default() };
+        load_embedded(&self.scene_path(), self.gltf.as_bytes(), &options)
     }
 
     /// Where the scene lies in the project's folder.

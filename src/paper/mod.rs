@@ -15,6 +15,7 @@ mod picture;
 mod sheet;
 mod study;
 mod table;
+mod tone;
 
 pub use captions::{Claim, Verdict, judge};
 pub use exact::ExactSphere;

@@ -11,14 +11,15 @@ use embedded_graphics::text::{Baseline, Text};
 use super::figures::WAVELENGTHS_NM;
 use super::study::{Column, Method, Numbers, Study};
 use super::table::{caption, short};
-use crate::image::preview::{Preview, PreviewError, develop};
+use super::tone::show;
+use crate::image::preview::{Preview, PreviewError};
 
 /// Everything is laid out on this spacing, pixels.
 const GAP: u32 = 12;
 /// Width of the words beside the pictures.
 const WORDS: u32 = 340;
 /// Height of title and column heads.
-const HEAD: u32 = 118;
+const HEAD: u32 = 134;
 /// Height of the two lines of numbers below a picture.
 const NUMBERS: u32 = 34;
 /// From line to line of the small letters.
@@ -32,7 +33,7 @@ const NO: Rgb888 = Rgb888::new(255, 150, 90);
 /// Numbers of red, green and blue in light tints of these colours.
 const TINTS: [Rgb888; 3] = [Rgb888::new(255, 130, 120), Rgb888::new(130, 230, 130), Rgb888::new(130, 170, 255)];
 
-/// Draws the sheet. Every picture is exposed and tone-mapped on its own.
+/// Draws the sheet. Every picture is exposed on its own.
 ///
 /// # Errors
 /// When a picture lacks a colour.
@@ -47,7 +48,7 @@ pub fn contact_sheet(studies: &[Study]) -> Result<Preview, PreviewError> {
     for (top, study) in (HEAD..).step_by(row as usize).zip(studies) {
         words(&mut sheet, top, study);
         for (column, made) in (0..).zip(&study.columns) {
-            sheet.paste(left(column), top, &develop(&made.picture)?);
+            sheet.paste(left(column), top, &show(&made.picture)?);
             let below = top + height + 4;
             line_of_three(&mut sheet, left(column), below, "Q_sca", &made.numbers, |n| format!("{:.4}", n.q_sca));
             let end =
@@ -68,7 +69,7 @@ fn head(sheet: &mut Canvas, left: impl Fn(u32) -> u32, studies: &[Study]) {
             "Water (n = 1.33), drawn a metre wide; white light (red {red}, green {green}, blue {blue} nm) from the upper \
              left; the air is lit by the droplet alone."
         ),
-        "Each picture is exposed on its own: compare colours and directions, not brightness.".into(),
+        "Each picture is exposed on its own, brightness on a logarithmic scale: compare colours and directions.".into(),
     ];
     for (i, line) in (0..).zip(&lines) {
         sheet.write(GAP, GAP + 26 + i * LINE, line, &FONT_7X13, GREY);
@@ -80,8 +81,11 @@ fn head(sheet: &mut Canvas, left: impl Fn(u32) -> u32, studies: &[Study]) {
         ("Exact Mie", effects.to_owned()),
     ];
     for (column, (name, note)) in (0..).zip(heads) {
-        sheet.write(left(column), HEAD - 42, name, &FONT_10X20, INK);
-        sheet.write(left(column), HEAD - 19, &note, &FONT_7X13, GREY);
+        sheet.write(left(column), HEAD - 58, name, &FONT_10X20, INK);
+        let letters = (left(1) - left(0) - GAP) / FONT_7X13.character_size.width;
+        for (i, line) in (0..).zip(wrap(&note, letters)) {
+            sheet.write(left(column), HEAD - 36 + i * LINE, &line, &FONT_7X13, GREY);
+        }
     }
 }
 

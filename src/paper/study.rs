@@ -97,13 +97,13 @@ pub struct Study {
     pub verdict: Verdict,
 }
 
-/// Makes a figure three ways.
+/// Makes a figure three ways; `resolution`, in pixels, wins over its scene's.
 ///
 /// # Errors
 /// When the scene that comes with the program is broken.
-pub fn make(figure: &Figure) -> Result<Study, PaperError> {
+pub fn make(figure: &Figure, resolution: Option<[u32; 2]>) -> Result<Study, PaperError> {
     let d = figure.diameter_nm;
-    let scene = figure.scene()?;
+    let scene = figure.scene(resolution)?;
     let setting = Setting::of(&scene).ok_or_else(|| PaperError::NoDroplet(figure.scene_path()))?;
     let [red, green, blue] = WAVELENGTHS_NM.map(|wavelength| ExactSphere::new(d, wavelength, INDEX));
     let exact = [red?, green?, blue?];
