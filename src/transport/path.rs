@@ -9,7 +9,8 @@ use glam::DVec3;
 
 use super::collision::{Place, Stretch};
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch};
+use super::glass::{Ahead, Carried, balance};
+use super::sample::{RenderContext, Scratch, add_ball_sunlight};
 use crate::accel::{BodyKind, Crossing, LocalRay};
 use crate::film::Layer;
 
@@ -33,27 +34,21 @@ const LONG_PATH: u32 = 512;
 
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
-    let n = scratch.weight.len();
-    let hero = ((random.uniform(Purpose::Hero, 0) * n as f64) as usize).min(n - 1);
-    scratch.weight.fill(1.0);
-    scratch.density.fill(1.0);
+    let hero = scratch.hero;
+    scratch.weight.copy_from_slice(&scratch.seen);
+    scratch.density.copy_from_slice(&scratch.seen_density);
     let mut ray = *camera_ray;
     let crowded = scratch.crossings.len() > CROWDED;
     for order in 1..=ctx.max_order {
-        let u = random.uniform(Purpose::Collision, order);
         let collided = match order {
-            1 => force(ctx, &ray, hero, u, scratch),
-            _ if crowded => fly_near(ctx, &ray, hero, order, random, scratch),
-            _ => fly(ctx, &ray, hero, u, scratch),
+            1 => force(ctx, &ray, hero, random.uniform(Purpose::Collision, order), scratch),
+            _ => travel(ctx, &mut ray, order, crowded, random, scratch),
         };
         if !collided {
-            if order > 1 {
-                add_background(ctx, scratch);
-            }
             return;
         }
-        add_sunlight(ctx, &ray, if order == 1 { Layer::Direct } else { Layer::Multiple }, scratch);
-        if order == 1 {
+        add_sunlight(ctx, &ray, if order == 1 { Layer::Direct } else { Layer::Multiple }, random, scratch);
+        if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }
         if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
@@ -63,12 +58,79 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
     }
 }
 
-/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets.
+/// From one collision to the next, past any glass on the way; `false` where there is none any more.
+fn travel(
+    ctx: &RenderContext,
+    ray: &mut LocalRay,
+    order: u32,
+    crowded: bool,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> bool {
+    let (hero, mut flight, mut left) = (scratch.hero, (Purpose::Collision, order), None);
+    loop {
+        let ahead = scratch.look_ahead(ctx, ray, left);
+        if !ahead.is_some_and(|ahead| ahead.is_inside) {
+            let collided = match crowded {
+                true => fly_near(ctx, ray, hero, flight, random, scratch),
+                false => fly(ctx, ray, hero, random.uniform(flight.0, flight.1), scratch),
+            };
+            if collided {
+                return true;
+            }
+        }
+        let Some(ahead) = ahead else {
+            add_background(ctx, ray, scratch);
+            return false;
+        };
+        let Some(next) = pass_glass(ctx, &ahead, ray, random, scratch) else { return false };
+        (*ray, left, flight) = (next, Some(ahead.id), (Purpose::Flight, scratch.surfaces));
+    }
+}
+
+/// Past the ball ahead; on the way the path sees the sunlight that it scatters.
+fn pass_glass(
+    ctx: &RenderContext,
+    ahead: &Ahead,
+    ray: &LocalRay,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> Option<LocalRay> {
+    if !ahead.is_inside {
+        let weight = std::mem::take(&mut scratch.weight);
+        add_ball_sunlight(ctx, ahead, ray, (Layer::Multiple, &weight), random, scratch);
+        scratch.weight = weight;
+    }
+    scratch.is_refracted = true;
+    let Scratch { weight, density, surfaces, hero, .. } = scratch;
+    let mut carried = Carried { weight, density, hero: *hero, random, surfaces };
+    let next = ctx.glass?.pass(ahead, ray, &mut carried)?;
+    let survival = survival_of_length(scratch.surfaces, LONG_PATH);
+    if random.uniform(Purpose::Surface, scratch.surfaces) >= survival {
+        return None;
+    }
+    scratch.surfaces += 1;
+    scratch.weight.iter_mut().for_each(|weight| *weight /= survival);
+    Some(next)
+}
+
+/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets on its way to `scratch.reach_m`.
 pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let reach_m = scratch.reach_m;
+    gather(ctx, ray, reach_m, scratch);
     let Scratch { crossings, path_depth, total_depth, .. } = scratch;
+    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, reach_m));
+}
+
+/// Fills `scratch.crossings` with what a ray meets before a distance, chords cut off there. Glass is met otherwise.
+fn gather(ctx: &RenderContext, ray: &LocalRay, to_m: f64, scratch: &mut Scratch) {
+    let crossings = &mut scratch.crossings;
     crossings.clear();
-    ctx.accel.all(ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
-    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, f64::INFINITY));
+    ctx.accel.all(ray, 0.0, to_m, |body, crossing| {
+        if body.kind() != BodyKind::Glass {
+            crossings.push((*body, crossing.before(to_m)));
+        }
+    });
 }
 
 /// The first collision, given that there is one.
@@ -104,21 +166,24 @@ fn fly_near(
     ctx: &RenderContext,
     ray: &LocalRay,
     hero: usize,
-    order: u32,
+    (purpose, number): (Purpose, u32),
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> bool {
     scratch.rays.scatter += 1;
-    let media = ctx.media;
+    let (media, reach_m) = (ctx.media, scratch.reach_m);
     let hit = ctx.accel.closest(ray, 0.0, None, |body, crossing| {
-        let (u, load) = (random.body(order, body.id), f64::from(body.load));
+        if body.kind() == BodyKind::Glass || crossing.start() >= reach_m {
+            return None;
+        }
+        let (u, load) = (random.body(purpose, number, body.id), f64::from(body.load));
         match crossing {
             Crossing::Point(t) => (u < -(-load * media.disc_depth(body.bin())[hero]).exp_m1()).then_some(t),
             Crossing::Chord(t0, t1) => {
                 let (start, per_m) = (t0.max(0.0), load * media.c_ext_m2(body.bin())[hero]);
                 // 1 - exp(-x) is below x: most bodies are done without a logarithm.
                 let t = if u < per_m * (t1 - start) { start - (-u).ln_1p() / per_m } else { f64::INFINITY };
-                (t < t1).then_some(t)
+                (t < t1.min(reach_m)).then_some(t)
             }
         }
     });
@@ -127,20 +192,18 @@ fn fly_near(
         escape(ctx, ray, scratch);
         return false;
     };
-    let Scratch { crossings, .. } = scratch;
-    crossings.clear();
-    ctx.accel.all(ray, 0.0, hit.t_m.next_up(), |body, crossing| crossings.push((*body, crossing)));
+    gather(ctx, ray, hit.t_m.next_up(), scratch);
     let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
-    let disc = crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
+    let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
     let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
     land(ctx, ray, place, scratch);
     normalize(scratch)
 }
 
-/// The weight of a path that meets nothing more.
+/// The weight of a path that meets nothing more before `scratch.reach_m`.
 fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let Scratch { weight, density, total_depth, .. } = scratch;
-    let air = ctx.air_transmittance(ray, f64::INFINITY);
+    let Scratch { weight, density, total_depth, reach_m, .. } = scratch;
+    let air = ctx.air_transmittance(ray, *reach_m);
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
         weight[w] *= passed * air;
@@ -174,13 +237,7 @@ fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch
 
 /// Divides by the mean density; `false` where no hero could have drawn the path.
 fn normalize(scratch: &mut Scratch) -> bool {
-    let mean = scratch.density.iter().sum::<f64>() / scratch.density.len() as f64;
-    if mean.is_nan() || mean <= 0.0 {
-        return false;
-    }
-    let Scratch { weight, density, .. } = scratch;
-    weight.iter_mut().chain(density).for_each(|value| *value /= mean);
-    true
+    balance(&mut scratch.weight, &mut scratch.density)
 }
 
 /// Counts the first collision towards the mean distance of first ones.
@@ -192,27 +249,30 @@ fn note_depth(scratch: &mut Scratch) {
 }
 
 /// The sunlight that the collision sends back along the path.
-fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, layer: Layer, scratch: &mut Scratch) {
+fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, layer: Layer, random: &PathRandom, scratch: &mut Scratch) {
     if scratch.weight.iter().all(|weight| *weight <= 0.0) {
         return;
     }
+    let layer = scratch.layer(layer);
     for sun in &ctx.lighting.suns {
-        let sun_ray = LocalRay { origin: scratch.event.point, direction: -sun.direction };
-        scratch.light_sun(ctx, &sun_ray);
+        let to_sun = scratch.toward(sun, random);
+        scratch.light_sun(ctx, &LocalRay { origin: scratch.event.point, direction: to_sun });
         let Scratch { event, weight, sunlit, scattered, layers, .. } = scratch;
-        event.scatter(ctx.media, turn_h(ray.direction, -sun.direction), scattered);
-        for (w, radiance) in layers[layer as usize].iter_mut().enumerate() {
+        event.scatter(ctx.media, turn_h(ray.direction, to_sun), scattered);
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
             *radiance += weight[w] * scattered[w] * sunlit[w] * sun.irradiance[w];
         }
     }
 }
 
 /// The background that an escaping path sees.
-fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
+fn add_background(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     if ctx.switches.background {
-        let Scratch { weight, layers, .. } = scratch;
-        for (w, radiance) in layers[Layer::Background as usize].iter_mut().enumerate() {
-            *radiance += weight[w] * ctx.lighting.background[w];
+        let layer = scratch.layer(Layer::Background);
+        let Scratch { weight, behind, layers, .. } = scratch;
+        ctx.lighting.background_toward(ray.direction, behind);
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
+            *radiance += weight[w] * behind[w];
         }
     }
 }
@@ -222,15 +282,15 @@ fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
 /// In fog without end or absorption as many as n^(-1/2) of all paths reach order n, so that their mean length has no
 /// bound. Surviving from n - 1 to n with sqrt(1 - 1/n) leaves 1/n of them, whose weights grow as n^(1/2): the mean length and
 /// the variance then both grow with ln n alone.
-fn survival_of_length(order: u32) -> f64 {
-    if order <= LONG_PATH { 1.0 } else { (1.0 - 1.0 / f64::from(order)).sqrt() }
+pub(super) fn survival_of_length(order: u32, long: u32) -> f64 {
+    if order <= long { 1.0 } else { (1.0 - 1.0 / f64::from(order)).sqrt() }
 }
 
 /// Keeps a path of small weight with a probability in proportion, heavier by as much; very long ones die out.
 fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
     let Scratch { weight, event, .. } = scratch;
     let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
-    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order);
+    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order, LONG_PATH);
     if u >= survival {
         return false;
     }
@@ -279,12 +339,12 @@ fn turn(
 
 /// h = 1 - cos of the angle between two unit vectors, without cancellation between neighbours.
 #[inline]
-fn turn_h(a: DVec3, b: DVec3) -> f64 {
+pub(super) fn turn_h(a: DVec3, b: DVec3) -> f64 {
     0.5 * (a - b).length_squared()
 }
 
 /// The unit vector at h = 1 - cos from a unit axis, turned about it by `turns` of a full circle.
-fn around(axis: DVec3, h: f64, turns: f64) -> DVec3 {
+pub(super) fn around(axis: DVec3, h: f64, turns: f64) -> DVec3 {
     let (u, v) = axis.any_orthonormal_pair();
     let (sin_phi, cos_phi) = (std::f64::consts::TAU * turns).sin_cos();
     let sin_theta = (h * (2.0 - h)).max(0.0).sqrt();

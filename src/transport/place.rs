@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::media::Media;
 use crate::accel::{BodyKind, Placed, PlacedBox};
 use crate::optics::bins::{BinPlan, DropletSize};
+use crate::scene::resolved::Resolution;
 use crate::scene::model::{FogBox, FogDensity, Particle, ParticleKind, Scene};
 
 /// The size bins of everything in the scene.
@@ -24,9 +25,34 @@ fn fog_size(fog: &FogBox) -> DropletSize {
     DropletSize { class: fog.class, radius_m: fog.droplet_radius_m.unwrap_or(0.0) as f32, count: 1.0 }
 }
 
-/// Bodies of droplets and parcels. `scene.fill_fog` must have been called.
-pub(super) fn place_particles(particles: Vec<Particle>, bins: &BinPlan, media: &Media) -> Vec<Placed> {
-    particles.into_par_iter().map(|particle| place_particle(&particle, bins, media)).collect()
+/// Bodies of droplets and parcels; those that `resolution` resolves are glass. `scene.fill_fog` must have been called.
+pub(super) fn place_particles(
+    particles: Vec<Particle>,
+    bins: &BinPlan,
+    media: &Media,
+    resolution: Option<&Resolution>,
+) -> Vec<Placed> {
+    let place = |particle: Particle| {
+        let is_glass = resolution.is_some_and(|resolution| resolution.is_resolved(&particle));
+        let placed = place_particle(&particle, bins, media);
+        if is_glass { Placed { kind: BodyKind::Glass, ..placed } } else { placed }
+    };
+    particles.into_par_iter().map(place).collect()
+}
+
+/// Balls of the droplets that are resolved. Their load is the ratio of own to drawn radius.
+pub(super) fn place_balls(particles: &[Particle], bins: &BinPlan, resolution: &Resolution) -> Vec<Placed> {
+    let ball = |particle: &Particle| {
+        let size = droplet_size(particle);
+        Placed {
+            center_m: particle.center_m,
+            radius_m: particle.radius_m,
+            load: size.radius_m / particle.radius_m,
+            bin: bins.bin_of(size.class, size.radius_m),
+            kind: BodyKind::Ball,
+        }
+    };
+    particles.par_iter().filter(|particle| resolution.is_resolved(particle)).map(ball).collect()
 }
 
 fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed {

@@ -44,7 +44,7 @@ impl OpticalDepth {
         accel.all_until(ray, 0.0, to, |body, crossing| {
             let added = self.add(body, crossing, to);
             let (disc, fog) = media.least_depth(body.bin());
-            least_depth += added * if body.kind() == BodyKind::Droplet { disc } else { fog };
+            least_depth += added * if body.is_disc() { disc } else { fog };
             if least_depth > OPAQUE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         self.finish(media)
@@ -68,7 +68,7 @@ impl OpticalDepth {
             self.touched.push(body.bin() as u32);
         }
         match body.kind() {
-            BodyKind::Droplet => {
+            BodyKind::Droplet | BodyKind::Glass => {
                 column.discs += load;
                 load
             }
