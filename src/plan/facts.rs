@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::optics::DropletClass;
-use crate::scene::resolved::{Resolution, middle_wavelength_m};
 use crate::scene::model::{FogBalls, FogBox, FogDensity, Particle, ParticleKind, Scene};
+use crate::scene::resolved::{Resolution, middle_wavelength_m};
 
 /// Extinction efficiency of a droplet that is large against the wavelength (van de Hulst 1957).
 const LARGE_SPHERE_Q_EXT: f64 = 2.0;

@@ -1,10 +1,7 @@
 //! How much the background, its refraction by droplets and the size of the sun could change the picture.
 
-use std::f64::consts::PI;
-
 use super::facts::SceneFacts;
 use crate::scene::model::{Lens, Scene, Sun};
-use crate::spectrum::SpectralMode;
 
 /// An estimate of the largest relative change, and what it rests on.
 type Estimate = (Option<f64>, String);
@@ -70,10 +67,7 @@ fn lit_radiance(scene: &Scene, facts: &SceneFacts) -> f64 {
     if scene.suns.iter().all(|sun| sun.lux == 0.0) {
         return 0.0;
     }
-    let white = match scene.settings.spectral_mode {
-        Some(SpectralMode::Mono { .. } | SpectralMode::Rgb { .. }) => scene.settings.sun.irradiance / PI,
-        Some(SpectralMode::Bands { .. }) | None => 1.0,
-    };
+    let white = scene.settings.white_radiance();
     let air = &scene.settings.atmosphere;
     let air_depth = if air.sunlight { air.scattering_per_m * air.depth_m } else { 0.0 };
     white * -(-(facts.deepest_optical_depth + air_depth)).exp_m1()

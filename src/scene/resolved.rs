@@ -88,8 +88,7 @@ mod tests {
     use glam::DMat3;
 
     fn camera(lens: Lens) -> Resolution {
-        let camera =
-            Camera { name: "c".into(), position_m: DVec3::ZERO, world_from_camera: DMat3::IDENTITY, lens };
+        let camera = Camera { name: "c".into(), position_m: DVec3::ZERO, world_from_camera: DMat3::IDENTITY, lens };
         let pixels_per_unit = if matches!(camera.lens, Lens::Orthographic { .. }) { 50.0 } else { 1000.0 };
         Resolution { camera, wavelength_m: 500e-9, pixels_per_unit }
     }
@@ -120,6 +119,8 @@ mod tests {
         assert!(!is_glass(&parcel));
         // Fifty pixels per metre, at any distance.
         let lens = Lens::Orthographic { xmag_m: 1.0, ymag_m: 1.0 };
-        assert!(camera(lens).is_resolved(&drop(-1e6, 0.011, 1e-3)) && !camera(lens).is_resolved(&drop(0.0, 0.009, 1e-3)));
+        assert!(
+            camera(lens).is_resolved(&drop(-1e6, 0.011, 1e-3)) && !camera(lens).is_resolved(&drop(0.0, 0.009, 1e-3))
+        );
     }
 }

@@ -147,10 +147,7 @@ pub struct Backdrop {
 impl Backdrop {
     /// A picture where there is one, otherwise one radiance in all directions.
     pub fn new(sampling: &SpectralSampling, radiance: [f64; 3], image: Option<LatLong>) -> Self {
-        Self {
-            constant: sampling.background_spectrum(radiance),
-            image: image.map(|image| (image, sampling.clone())),
-        }
+        Self { constant: sampling.background_spectrum(radiance), image: image.map(|image| (image, sampling.clone())) }
     }
 
     /// Fills `out` with the radiance that is seen in a direction.

@@ -66,8 +66,7 @@ impl Ball {
         let eta = 1.0 / m.re;
         let sin2_i = eta * eta * (1.0 - cos_o * cos_o);
         // Snell's law as a vector, theory (70).
-        let refracted =
-            (sin2_i < 1.0).then(|| (eta * d + (eta * cos_o - (1.0 - sin2_i).sqrt()) * normal).normalize());
+        let refracted = (sin2_i < 1.0).then(|| (eta * d + (eta * cos_o - (1.0 - sin2_i).sqrt()) * normal).normalize());
         let reflected = (d + 2.0 * cos_o * normal).normalize();
         Strike { point, way_m: t_m, reflectance: reflectance(m, cos_o), reflected, refracted, is_inside: false }
     }

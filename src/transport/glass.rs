@@ -13,8 +13,9 @@ use super::media::Absorption;
 use super::random::{PathRandom, Purpose};
 use crate::accel::{Accel, Crossing, LocalRay, Placed};
 use crate::optics::DropletClass;
-use crate::optics::bins::BinPlan;
+use crate::optics::bins::{BinPlan, SizeBin};
 use crate::optics::material::MaterialError;
+use crate::optics::tables::{BinTables, OpticalTables};
 
 /// Most meetings with a surface from inside before a path is given up: total reflection goes on for ever in a ball, and
 /// of an index of 20 at normal incidence, the largest there is, 0.82^256 = 1e-22 is left.
@@ -33,6 +34,8 @@ struct BallMaterial {
     index: Vec<Complex64>,
     /// 4 pi k / lambda, 1/m.
     absorption_per_m: Vec<f64>,
+    /// Share of what meets the ball that is not absorbed; 1 but for droplets of a given albedo.
+    kept: Vec<f64>,
     /// Whether wavelengths part.
     is_dispersive: bool,
 }
@@ -76,14 +79,16 @@ impl Glass {
         balls: Vec<Placed>,
         bins: &BinPlan,
         classes: &[DropletClass],
-        wavelengths_m: &[f64],
+        tables: &OpticalTables,
         absorption: Absorption,
     ) -> Result<Option<Self>, MaterialError> {
         if balls.is_empty() {
             return Ok(None);
         }
-        let material = |class: u16| BallMaterial::new(&classes[usize::from(class)], wavelengths_m, absorption);
-        let materials = bins.bins.iter().map(|bin| material(bin.class)).collect::<Result<_, _>>()?;
+        let material = |(bin, of_bin): (&SizeBin, &BinTables)| {
+            BallMaterial::new(&classes[usize::from(bin.class)], &tables.wavelengths_m, of_bin, absorption)
+        };
+        let materials = bins.bins.iter().zip(&tables.bins).map(material).collect::<Result<_, _>>()?;
         Ok(Some(Self { balls: beside.build_beside(balls), materials }))
     }
 
@@ -135,6 +140,13 @@ impl Glass {
         let material = &self.materials[ahead.bin];
         let mut ray = *ray;
         let mut is_inside = ahead.is_inside;
+        if !is_inside {
+            carried
+                .weight
+                .iter_mut()
+                .enumerate()
+                .for_each(|(w, weight)| *weight *= BallMaterial::at(&material.kept, w));
+        }
         for _ in 0..MOST_BOUNCES {
             let strike_for = |m: Complex64| match is_inside {
                 true => ahead.ball.strike_inside(&ray, m),
@@ -161,14 +173,23 @@ impl Glass {
 }
 
 impl BallMaterial {
-    fn new(class: &DropletClass, wavelengths_m: &[f64], absorption: Absorption) -> Result<Self, MaterialError> {
+    /// A given albedo takes the place of the material's absorption: C_abs = (1 - albedo) C_ext, at most all.
+    fn new(
+        class: &DropletClass,
+        wavelengths_m: &[f64],
+        of_bin: &BinTables,
+        absorption: Absorption,
+    ) -> Result<Self, MaterialError> {
         let mut index = wavelengths_m.iter().map(|l| class.material.index(*l)).collect::<Result<Vec<_>, _>>()?;
-        if absorption == Absorption::LeftOut {
+        let given = class.albedo.filter(|_| absorption == Absorption::Simulated);
+        if absorption == Absorption::LeftOut || given.is_some() {
             index.iter_mut().for_each(|m| m.im = 0.0);
         }
+        let kept = |q_ext: f64| given.map_or(1.0, |albedo| (1.0 - (1.0 - albedo) * q_ext).max(0.0));
+        let kept = of_bin.optics.iter().map(|optics| kept(optics.q_ext)).collect();
         let absorption_per_m = index.iter().zip(wavelengths_m).map(|(m, l_m)| 4.0 * PI * m.im / l_m).collect();
         let is_dispersive = index.iter().any(|m| m.re != index[0].re);
-        Ok(Self { index, absorption_per_m, is_dispersive })
+        Ok(Self { index, absorption_per_m, kept, is_dispersive })
     }
 
     /// Values of the wavelength with this number; a single one serves all.

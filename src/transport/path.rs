@@ -8,8 +8,8 @@
 use glam::DVec3;
 
 use super::collision::{Place, Stretch};
-use super::random::{PathRandom, Purpose};
 use super::glass::{Ahead, Carried, balance};
+use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch, add_ball_sunlight};
 use crate::accel::{BodyKind, Crossing, LocalRay};
 use crate::film::Layer;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::media::Media;
 use crate::accel::{BodyKind, Placed, PlacedBox};
 use crate::optics::bins::{BinPlan, DropletSize};
-use crate::scene::resolved::Resolution;
 use crate::scene::model::{FogBox, FogDensity, Particle, ParticleKind, Scene};
+use crate::scene::resolved::Resolution;
 
 /// The size bins of everything in the scene.
 pub(super) fn bin_plan(scene: &Scene) -> BinPlan {

@@ -129,9 +129,9 @@ impl Prepared {
         let balls = resolution.as_ref().map_or(Vec::new(), |r| place_balls(&scene.particles, &bins, r));
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
         let accel = Accel::build(placed, &fog_boxes);
-        let glass = Glass::new(&accel, balls, &bins, &scene.classes, &wavelengths_m, absorption)
-            .map_err(OpticsError::from)?;
-        let warnings = [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
+        let glass = Glass::new(&accel, balls, &bins, &scene.classes, &tables, absorption).map_err(OpticsError::from)?;
+        let warnings =
+            [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
         counts.glass_balls = glass.as_ref().map_or(0, Glass::len);
         enter(Stage::Ready);
         Ok(Self {
