@@ -299,8 +299,7 @@ fn add_leg(
             add_ball_sunlight(ctx, ahead, ray, (Layer::Direct, &seen), random, scratch);
             scratch.seen = seen;
         }
-        None if ctx.switches.background => add_behind(ctx, ray, scratch),
-        None => {}
+        None => add_behind(ctx, ray, scratch),
     }
 }
 
@@ -308,7 +307,10 @@ fn add_leg(
 fn add_behind(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     let layer = scratch.layer(Layer::Background);
     let Scratch { seen, behind, layers, is_refracted, .. } = scratch;
-    ctx.lighting.background_toward(ray.direction, behind);
+    match ctx.switches.background {
+        true => ctx.lighting.background_toward(ray.direction, behind),
+        false => behind.fill(0.0),
+    }
     if !*is_refracted {
         ctx.lighting.add_suns_discs(ray.direction, behind);
     }
