@@ -57,6 +57,17 @@ pub(super) struct Ahead {
     scale: f64,
 }
 
+/// Which of the ways past a ball are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ways {
+    /// All of them.
+    All,
+    /// In and out at once, without a choice: nearly all of the light.
+    Straight,
+    /// All but that one.
+    Others,
+}
+
 /// What a path carries through surfaces.
 pub(super) struct Carried<'a> {
     pub weight: &'a mut [f64],
@@ -136,7 +147,7 @@ impl Glass {
     }
 
     /// Takes a path past the ball ahead, to where it goes on outside. `None` where nothing does.
-    pub(super) fn pass(&self, ahead: &Ahead, ray: &LocalRay, carried: &mut Carried) -> Option<LocalRay> {
+    pub(super) fn pass(&self, ahead: &Ahead, ray: &LocalRay, ways: Ways, carried: &mut Carried) -> Option<LocalRay> {
         let material = &self.materials[ahead.bin];
         let mut ray = *ray;
         let mut is_inside = ahead.is_inside;
@@ -147,7 +158,7 @@ impl Glass {
                 .enumerate()
                 .for_each(|(w, weight)| *weight *= BallMaterial::at(&material.kept, w));
         }
-        for _ in 0..MOST_BOUNCES {
+        for bounce in 0..MOST_BOUNCES {
             let strike_for = |m: Complex64| match is_inside {
                 true => ahead.ball.strike_inside(&ray, m),
                 false => ahead.ball.strike_outside(&ray, ahead.t_m, m),
@@ -156,7 +167,13 @@ impl Glass {
             if is_inside {
                 material.absorb(strike.way_m * ahead.scale, carried.weight);
             }
-            let branch = material.choose(&strike, strike_for, carried);
+            let chances = match (ways, bounce) {
+                (Ways::Straight, _) => Chances::Through,
+                (Ways::Others, 0) => Chances::NotStraight,
+                (Ways::Others, 1) => Chances::Back,
+                _ => Chances::Fresnel,
+            };
+            let branch = material.choose(&strike, strike_for, chances, carried)?;
             let event;
             (event, ray) = strike.turn(branch);
             if !balance(carried.weight, carried.density) {
@@ -205,12 +222,19 @@ impl BallMaterial {
         }
     }
 
-    /// Chooses the way by the hero's reflectance, and weighs all wavelengths by theirs.
-    fn choose(&self, strike: &Strike, strike_for: impl Fn(Complex64) -> Strike, carried: &mut Carried) -> Branch {
+    /// Chooses the way by the hero's reflectance, and weighs all wavelengths by theirs. `None` where that way is closed.
+    fn choose(
+        &self,
+        strike: &Strike,
+        strike_for: impl Fn(Complex64) -> Strike,
+        chances: Chances,
+        carried: &mut Carried,
+    ) -> Option<Branch> {
         let u = carried.random.uniform(Purpose::Surface, *carried.surfaces);
         *carried.surfaces += 1;
         let branch = match strike.refracted {
-            Some(_) if u >= strike.reflectance => Branch::Refraction,
+            Some(_) if u >= chances.of_reflection(strike.reflectance) => Branch::Refraction,
+            None if chances == Chances::Through => return None,
             _ => Branch::Reflection,
         };
         let alone = self.is_dispersive && branch == Branch::Refraction;
@@ -223,15 +247,42 @@ impl BallMaterial {
             }
             let other = strike_for(Self::at(&self.index, w));
             let (share, chance) = match (branch, other.refracted) {
-                (Branch::Reflection, Some(_)) => (other.reflectance, other.reflectance),
-                (Branch::Refraction, Some(_)) => (1.0 - other.reflectance, 1.0 - other.reflectance),
+                (Branch::Reflection, Some(_)) => (other.reflectance, chances.of_reflection(other.reflectance)),
+                (Branch::Refraction, Some(_)) => {
+                    (1.0 - other.reflectance, 1.0 - chances.of_reflection(other.reflectance))
+                }
                 // What is not absorbed is reflected, without a choice.
                 (_, None) => (other.reflectance, 1.0),
             };
             carried.weight[w] *= share;
             carried.density[w] *= chance;
         }
-        branch
+        Some(branch)
+    }
+}
+
+/// How reflection and refraction are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Chances {
+    /// As the light divides.
+    Fresnel,
+    /// Refraction.
+    Through,
+    /// Reflection.
+    Back,
+    /// As the light divides that does not pass both surfaces of a ball straight through: R outside and T R inside.
+    NotStraight,
+}
+
+impl Chances {
+    #[inline]
+    fn of_reflection(self, reflectance: f64) -> f64 {
+        match self {
+            Self::Fresnel => reflectance,
+            Self::Through => 0.0,
+            Self::Back => 1.0,
+            Self::NotStraight => 1.0 / (2.0 - reflectance),
+        }
     }
 }
 

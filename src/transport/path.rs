@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::collision::{Place, Stretch};
-use super::glass::{Ahead, Carried, balance};
+use super::glass::{Ahead, Carried, Ways, balance};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch, add_ball_sunlight};
 use crate::accel::{BodyKind, Crossing, LocalRay};
@@ -104,7 +104,7 @@ fn pass_glass(
     scratch.is_refracted = true;
     let Scratch { weight, density, surfaces, hero, .. } = scratch;
     let mut carried = Carried { weight, density, hero: *hero, random, surfaces };
-    let next = ctx.glass?.pass(ahead, ray, &mut carried)?;
+    let next = ctx.glass?.pass(ahead, ray, Ways::All, &mut carried)?;
     let survival = survival_of_length(scratch.surfaces, LONG_PATH);
     if random.uniform(Purpose::Surface, scratch.surfaces) >= survival {
         return None;

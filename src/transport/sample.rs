@@ -3,7 +3,7 @@
 use super::camera::camera_ray;
 use super::collision::Finder;
 use super::event::Event;
-use super::glass::{Ahead, Carried, Glass};
+use super::glass::{Ahead, Carried, Glass, Ways};
 use super::lighting::{Lighting, SunLight};
 use super::march::add_airlight;
 use super::media::Media;
@@ -214,7 +214,7 @@ pub(super) fn take_sample(
     let ray = ctx.accel.local_ray(camera_ray.origin_m, camera_ray.direction);
     scratch.rays.camera += 1;
     let mut sample = Sample::default();
-    follow(ctx, ray, random, scratch, &mut sample);
+    follow(ctx, &ray, random, scratch, &mut sample);
     scratch.sum_spectrum();
     for (channels, radiance) in sample.layers.iter_mut().zip(&scratch.layers) {
         *channels = ctx.lighting.rgb(radiance);
@@ -230,26 +230,45 @@ const LONG_WAY: u32 = 64;
 /// Of camera rays that keep less than this of their light, a part stands for all.
 const LITTLE: f64 = 1e-3;
 
-/// Follows a camera ray from ball to ball, and adds what comes along each leg of its way.
-fn follow(ctx: &RenderContext, camera_ray: LocalRay, random: &PathRandom, scratch: &mut Scratch, sample: &mut Sample) {
-    let (mut ray, mut left) = (camera_ray, None);
+/// Follows a camera ray from ball to ball, and adds what comes along each leg of its way. At the first ball it divides:
+/// nearly all light goes in and out at once, which is followed without a choice; one of the other ways stands for the rest.
+fn follow(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch, sample: &mut Sample) {
+    let Some(ahead) = add_leg(ctx, ray, None, random, scratch, sample) else { return };
+    if ahead.is_inside {
+        follow_on(ctx, ray, &ahead, Ways::All, random, scratch, sample);
+        return;
+    }
+    let (seen, density) = (scratch.seen.clone(), scratch.seen_density.clone());
+    follow_on(ctx, ray, &ahead, Ways::Straight, random, scratch, sample);
+    scratch.leg = 0;
+    scratch.seen.copy_from_slice(&seen);
+    scratch.seen_density.copy_from_slice(&density);
+    follow_on(ctx, ray, &ahead, Ways::Others, random, scratch, sample);
+}
+
+/// Follows a ray past the ball ahead, and past all others behind it.
+fn follow_on(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    ahead: &Ahead,
+    mut ways: Ways,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+    sample: &mut Sample,
+) {
+    let (mut ray, mut ahead) = (*ray, *ahead);
+    let Some(glass) = ctx.glass else { return };
     loop {
-        let ahead = scratch.look_ahead(ctx, &ray, left);
-        if !ahead.is_some_and(|ahead| ahead.is_inside) {
-            add_leg(ctx, &ray, ahead.as_ref(), random, scratch, sample);
-        } else if scratch.leg == 0 {
-            sample.opacity = 1.0;
-        }
-        let (Some(glass), Some(ahead)) = (ctx.glass, ahead) else { return };
         let Scratch { seen, seen_density, surfaces, hero, .. } = scratch;
         let mut carried = Carried { weight: seen, density: seen_density, hero: *hero, random, surfaces };
-        let Some(next) = glass.pass(&ahead, &ray, &mut carried) else { return };
-        (ray, left) = (next, Some(ahead.id));
+        let Some(next) = glass.pass(&ahead, &ray, ways, &mut carried) else { return };
         scratch.leg += 1;
-        scratch.rays.refracted += 1;
         if !goes_on(random, scratch) {
             return;
         }
+        scratch.rays.refracted += 1;
+        let Some(further) = add_leg(ctx, &next, Some(ahead.id), random, scratch, sample) else { return };
+        (ray, ahead, ways) = (next, further, Ways::All);
     }
 }
 
@@ -257,23 +276,31 @@ fn follow(ctx: &RenderContext, camera_ray: LocalRay, random: &PathRandom, scratc
 fn goes_on(random: &PathRandom, scratch: &mut Scratch) -> bool {
     let largest = scratch.seen.iter().copied().fold(0.0, f64::max);
     let survival = (largest / LITTLE).min(1.0) * survival_of_length(scratch.leg, LONG_WAY);
-    if random.uniform(Purpose::Leg, scratch.leg) >= survival {
+    if random.uniform(Purpose::Leg, scratch.surfaces) >= survival {
         return false;
     }
     scratch.seen.iter_mut().for_each(|seen| *seen /= survival);
     true
 }
 
-/// Adds what comes along one leg, from its start to the ball ahead or to the end of the world.
+/// Adds what comes along one leg, from its start to the ball ahead, which is returned, or to the end of the world; `left` is
+/// a ball that the ray has just left.
 fn add_leg(
     ctx: &RenderContext,
     ray: &LocalRay,
-    ahead: Option<&Ahead>,
+    left: Option<u32>,
     random: &PathRandom,
     scratch: &mut Scratch,
     sample: &mut Sample,
-) {
+) -> Option<Ahead> {
     scratch.is_refracted = scratch.leg > 0;
+    let ahead = scratch.look_ahead(ctx, ray, left);
+    if ahead.is_some_and(|ahead| ahead.is_inside) {
+        if scratch.leg == 0 {
+            sample.opacity = 1.0;
+        }
+        return ahead;
+    }
     // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
     meet(ctx, ray, scratch);
     let air = ctx.air_transmittance(ray, scratch.reach_m);
@@ -282,7 +309,7 @@ fn add_leg(
         *passed = (-*depth).exp() * air;
     }
     if scratch.leg == 0 {
-        note_opacity(ctx.lighting, ahead, scratch, sample);
+        note_opacity(ctx.lighting, ahead.as_ref(), scratch, sample);
     }
     if ctx.switches.airlight {
         add_airlight(ctx, ray, random, scratch);
@@ -293,7 +320,7 @@ fn add_leg(
     scratch.is_refracted = scratch.leg > 0;
     let Scratch { seen, passed, .. } = scratch;
     seen.iter_mut().zip(passed).for_each(|(seen, passed)| *seen *= *passed);
-    match ahead {
+    match &ahead {
         Some(ahead) => {
             let seen = std::mem::take(&mut scratch.seen);
             add_ball_sunlight(ctx, ahead, ray, (Layer::Direct, &seen), random, scratch);
@@ -301,6 +328,7 @@ fn add_leg(
         }
         None => add_behind(ctx, ray, scratch),
     }
+    ahead
 }
 
 /// What lies behind everything: the background, and the suns' discs where no glass has turned the ray.
