@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::collision::Place;
+use super::forward::ForwardLobes;
 use super::media::Media;
 use crate::accel::{Body, Crossing, LocalRay};
 
@@ -21,6 +22,23 @@ pub(super) struct Event {
     /// Size bins that take part, each with its droplets per cubic metre.
     acting: Vec<(u32, f64)>,
     on_disc: bool,
+}
+
+/// What a turn at a collision is worth, by wavelength.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turn {
+    /// Light that is sent this way: sigma omega p(h).
+    pub light: Vec<f64>,
+    /// The common forward lobe's share of it.
+    pub lobe: Vec<f64>,
+    /// sigma times the density with which `Event::sample_h` draws it, were that wavelength the hero.
+    pub drawn: Vec<f64>,
+}
+
+impl Turn {
+    pub fn new(n_wavelengths: usize) -> Self {
+        Self { light: vec![0.0; n_wavelengths], lobe: vec![0.0; n_wavelengths], drawn: vec![0.0; n_wavelengths] }
+    }
 }
 
 impl Event {
@@ -73,26 +91,22 @@ impl Event {
         if self.on_disc { self.sigma[wavelength] } else { load * media.c_ext_m2(bin)[wavelength] }
     }
 
-    /// Fills `out` with the sum of sigma omega p(h) over what takes part, by wavelength.
-    pub fn scatter(&self, media: &Media, h: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        for (bin, load) in &self.acting {
+    /// Fills `out` with what a turn by h is worth, summed over what takes part.
+    pub fn turn(&self, media: &Media, lobes: Option<&ForwardLobes>, h: f64, out: &mut Turn) {
+        let Turn { light: light_sum, lobe: lobe_sum, drawn: drawn_sum } = out;
+        for (i, (bin, load)) in self.acting.iter().enumerate() {
             let bin = *bin as usize;
             let (albedo, phase) = (media.albedo(bin), media.phase(bin));
-            for (w, out) in out.iter_mut().enumerate() {
-                *out += self.part(media, bin, *load, w) * albedo[w] * phase[w].eval(h);
-            }
-        }
-    }
-
-    /// Fills `out` with the density of a direction drawn by `sample_h`, had that wavelength been the hero.
-    pub fn density(&self, media: &Media, h: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        for (bin, load) in &self.acting {
-            let bin = *bin as usize;
-            for (w, out) in out.iter_mut().enumerate() {
-                if self.sigma[w] > 0.0 {
-                    *out += self.part(media, bin, *load, w) / self.sigma[w] * media.phase(bin)[w].eval(h);
+            for w in 0..self.sigma.len() {
+                let (part, p) = (self.part(media, bin, *load, w), phase[w].eval(h));
+                let (drawn, light) = (part * p, part * albedo[w] * p);
+                let lobe = lobes.map_or(0.0, |lobes| part * albedo[w] * lobes.part(w, h, p));
+                if i == 0 {
+                    (light_sum[w], lobe_sum[w], drawn_sum[w]) = (light, lobe, drawn);
+                } else {
+                    light_sum[w] += light;
+                    lobe_sum[w] += lobe;
+                    drawn_sum[w] += drawn;
                 }
             }
         }

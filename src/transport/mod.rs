@@ -3,8 +3,11 @@
 mod backdrop;
 mod ball;
 mod camera;
+mod chain;
 mod collision;
 mod event;
+mod flight;
+mod forward;
 mod glass;
 mod lighting;
 mod march;

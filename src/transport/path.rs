@@ -1,33 +1,22 @@
 //! `direct` and `multiple`: sunlight, and background, that droplets scatter to the camera once or many times.
 //!
-//! A path goes from the camera from collision to collision, and looks at the sun from each. One wavelength, the hero,
-//! draws everything; every wavelength counts its integrand over the mean of the densities that all heroes would have had
-//! for the whole path (theory (44), (46)). Legend: weight_l, that ratio for wavelength l; density_h, the hero's densities
-//! over their mean. The first collision is forced (theory (43)).
+//! A path goes from the camera from collision to collision, and looks at the sun from each: straight, and along a chain of
+//! small turns (`chain.rs`). One wavelength, the hero, draws everything; every wavelength counts its integrand over the mean
+//! of the densities that all heroes would have had for the whole path (theory (44), (46)). The first collision is forced
+//! (theory (43)).
 
 use glam::DVec3;
 
-use super::collision::{Place, Stretch};
-use super::glass::{Ahead, Carried, Ways, balance};
+use super::chain::{Station, begin_chain, follow_chain, pick_sun};
+use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
+use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch, add_ball_sunlight};
-use crate::accel::{BodyKind, Crossing, LocalRay};
+use crate::accel::LocalRay;
 use crate::film::Layer;
 
-/// Share of directions that are drawn around the sun's instead of the path's at the first collision.
-const SUN_LOBE: f64 = 0.2;
-
-/// That share falls by this factor from collision to collision: a path's weight can grow by the product of
-/// 1 / (1 - share), which stays below 2.1 however long it gets.
-const SUN_LOBE_DECAY: f64 = 0.7;
-
-/// Paths of less weight play Russian roulette. The next phase function may be a thousand times an average one, so what
-/// looks negligible is not: with 0.05 the variance is ten times higher.
-const ROULETTE_BELOW: f64 = 5e-4;
-
-/// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short
-/// searches then cost less than one through everything.
-const CROWDED: usize = 128;
+/// Paths of less weight play Russian roulette.
+const ROULETTE_BELOW: f64 = 0.03;
 
 /// Paths of more collisions than this are thinned out, whatever their weight: clouds that people render have few.
 const LONG_PATH: u32 = 512;
@@ -35,26 +24,33 @@ const LONG_PATH: u32 = 512;
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     let hero = scratch.hero;
-    scratch.weight.copy_from_slice(&scratch.seen);
-    scratch.density.copy_from_slice(&scratch.seen_density);
+    scratch.begin_path();
     let mut ray = *camera_ray;
-    let crowded = scratch.crossings.len() > CROWDED;
+    let is_crowded = is_crowded(scratch);
     for order in 1..=ctx.max_order {
         let collided = match order {
             1 => force(ctx, &ray, hero, random.uniform(Purpose::Collision, order), scratch),
-            _ => travel(ctx, &mut ray, order, crowded, random, scratch),
+            _ => travel(ctx, &mut ray, order, is_crowded, random, scratch),
         };
         if !collided {
             return;
         }
-        add_sunlight(ctx, &ray, if order == 1 { Layer::Direct } else { Layer::Multiple }, random, scratch);
+        let sun = pick_sun(ctx, order, random);
+        let layer = if order == 1 { Layer::Direct } else { Layer::Multiple };
+        let sun_depth = add_sunlight(ctx, &ray, sun, layer, random, scratch);
         if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }
         if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
             return;
         }
-        ray = turn(ctx, &ray, hero, order, random, scratch);
+        let station = Station { ray: &ray, hero, order, sun, sun_depth, is_crowded };
+        let chain = ctx.lobes.filter(|lobes| begin_chain(ctx, lobes, &station, random, scratch));
+        let next = turn(ctx, &ray, hero, order, random, scratch);
+        if let Some(lobes) = chain {
+            follow_chain(ctx, lobes, &station, random, scratch);
+        }
+        ray = next;
     }
 }
 
@@ -63,17 +59,18 @@ fn travel(
     ctx: &RenderContext,
     ray: &mut LocalRay,
     order: u32,
-    crowded: bool,
+    is_crowded: bool,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> bool {
-    let (hero, mut flight, mut left) = (scratch.hero, (Purpose::Collision, order), None);
+    let hero = scratch.hero;
+    let (mut u, mut flight, mut left) = (random.uniform(Purpose::Collision, order), order, None);
     loop {
         let ahead = scratch.look_ahead(ctx, ray, left);
         if !ahead.is_some_and(|ahead| ahead.is_inside) {
-            let collided = match crowded {
+            let collided = match is_crowded {
                 true => fly_near(ctx, ray, hero, flight, random, scratch),
-                false => fly(ctx, ray, hero, random.uniform(flight.0, flight.1), scratch),
+                false => fly(ctx, ray, hero, u, scratch),
             };
             if collided {
                 return true;
@@ -84,11 +81,13 @@ fn travel(
             return false;
         };
         let Some(next) = pass_glass(ctx, &ahead, ray, random, scratch) else { return false };
-        (*ray, left, flight) = (next, Some(ahead.id), (Purpose::Flight, scratch.surfaces));
+        (*ray, left) = (next, Some(ahead.id));
+        (u, flight) = (random.uniform(Purpose::Flight, scratch.surfaces), SURFACE_FLIGHTS | scratch.surfaces);
     }
 }
 
-/// Past the ball ahead; on the way the path sees the sunlight that it scatters.
+/// Past the ball ahead; on the way the path sees the sunlight that it scatters. For chains the path begins anew there: they
+/// do not pass glass.
 fn pass_glass(
     ctx: &RenderContext,
     ahead: &Ahead,
@@ -102,6 +101,8 @@ fn pass_glass(
         scratch.weight = weight;
     }
     scratch.is_refracted = true;
+    scratch.small_turns.fill(1.0);
+    scratch.rarity = 0.0;
     let Scratch { weight, density, surfaces, hero, .. } = scratch;
     let mut carried = Carried { weight, density, hero: *hero, random, surfaces };
     let next = ctx.glass?.pass(ahead, ray, Ways::All, &mut carried)?;
@@ -114,132 +115,6 @@ fn pass_glass(
     Some(next)
 }
 
-/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets on its way to `scratch.reach_m`.
-pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let reach_m = scratch.reach_m;
-    gather(ctx, ray, reach_m, scratch);
-    let Scratch { crossings, path_depth, total_depth, .. } = scratch;
-    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, reach_m));
-}
-
-/// Fills `scratch.crossings` with what a ray meets before a distance, chords cut off there. Glass is met otherwise.
-fn gather(ctx: &RenderContext, ray: &LocalRay, to_m: f64, scratch: &mut Scratch) {
-    let crossings = &mut scratch.crossings;
-    crossings.clear();
-    ctx.accel.all(ray, 0.0, to_m, |body, crossing| {
-        if body.kind() != BodyKind::Glass {
-            crossings.push((*body, crossing.before(to_m)));
-        }
-    });
-}
-
-/// The first collision, given that there is one.
-fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
-    let opacity = -(-scratch.total_depth[hero]).exp_m1();
-    if opacity <= 0.0 || !collide(ctx, ray, hero, -(-u * opacity).ln_1p(), scratch) {
-        return false;
-    }
-    let Scratch { density, total_depth, .. } = scratch;
-    for (density, depth) in density.iter_mut().zip(total_depth) {
-        let opacity = -(-*depth).exp_m1();
-        *density = if opacity > 0.0 { *density / opacity } else { 0.0 };
-    }
-    normalize(scratch)
-}
-
-/// A later collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight
-/// then being that of the way out.
-fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
-    scratch.rays.scatter += 1;
-    meet(ctx, ray, scratch);
-    let target = -(-u).ln_1p();
-    if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
-        return normalize(scratch);
-    }
-    escape(ctx, ray, scratch);
-    false
-}
-
-/// A later collision where much is in the way: the nearest of independent draws for each body, which is the collision of
-/// their sum, so that only what lies before it is looked at.
-fn fly_near(
-    ctx: &RenderContext,
-    ray: &LocalRay,
-    hero: usize,
-    (purpose, number): (Purpose, u32),
-    random: &PathRandom,
-    scratch: &mut Scratch,
-) -> bool {
-    scratch.rays.scatter += 1;
-    let (media, reach_m) = (ctx.media, scratch.reach_m);
-    let hit = ctx.accel.closest(ray, 0.0, None, |body, crossing| {
-        if body.kind() == BodyKind::Glass || crossing.start() >= reach_m {
-            return None;
-        }
-        let (u, load) = (random.body(purpose, number, body.id), f64::from(body.load));
-        match crossing {
-            Crossing::Point(t) => (u < -(-load * media.disc_depth(body.bin())[hero]).exp_m1()).then_some(t),
-            Crossing::Chord(t0, t1) => {
-                let (start, per_m) = (t0.max(0.0), load * media.c_ext_m2(body.bin())[hero]);
-                // 1 - exp(-x) is below x: most bodies are done without a logarithm.
-                let t = if u < per_m * (t1 - start) { start - (-u).ln_1p() / per_m } else { f64::INFINITY };
-                (t < t1.min(reach_m)).then_some(t)
-            }
-        }
-    });
-    let Some(hit) = hit else {
-        meet(ctx, ray, scratch);
-        escape(ctx, ray, scratch);
-        return false;
-    };
-    gather(ctx, ray, hit.t_m.next_up(), scratch);
-    let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
-    let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
-    let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
-    land(ctx, ray, place, scratch);
-    normalize(scratch)
-}
-
-/// The weight of a path that meets nothing more before `scratch.reach_m`.
-fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let Scratch { weight, density, total_depth, reach_m, .. } = scratch;
-    let air = ctx.air_transmittance(ray, *reach_m);
-    for w in 0..weight.len() {
-        let passed = (-total_depth[w]).exp();
-        weight[w] *= passed * air;
-        density[w] *= passed;
-    }
-    normalize(scratch);
-}
-
-/// Finds the collision at a hero's optical depth.
-fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
-    let Scratch { crossings, finder, .. } = scratch;
-    finder.stretches.clear();
-    finder.stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
-    let Some(place) = finder.find(target) else { return false };
-    land(ctx, ray, place, scratch);
-    true
-}
-
-/// Multiplies a collision's transmittance and density in.
-fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch) {
-    let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
-    event.gather(ctx.media, ray, place, crossings);
-    let depth = path_depth.past(ctx.media, crossings, event.t_m);
-    let air = ctx.air_transmittance(ray, event.t_m);
-    for w in 0..weight.len() {
-        let passed = (-depth[w]).exp();
-        weight[w] *= passed * air;
-        density[w] *= passed * event.sigma[w];
-    }
-}
-
-/// Divides by the mean density; `false` where no hero could have drawn the path.
-fn normalize(scratch: &mut Scratch) -> bool {
-    balance(&mut scratch.weight, &mut scratch.density)
-}
-
 /// Counts the first collision towards the mean distance of first ones.
 fn note_depth(scratch: &mut Scratch) {
     let Scratch { weight, event, depth_sum, depth_weight, .. } = scratch;
@@ -248,21 +123,34 @@ fn note_depth(scratch: &mut Scratch) {
     *depth_weight += real;
 }
 
-/// The sunlight that the collision sends back along the path.
-fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, layer: Layer, random: &PathRandom, scratch: &mut Scratch) {
+/// The sunlight that the collision sends back along the path; returns the optical depth toward the sun of the given number.
+fn add_sunlight(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    sun: usize,
+    layer: Layer,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> f64 {
+    let (mut sun_depth, layer) = (0.0, scratch.layer(layer));
     if scratch.weight.iter().all(|weight| *weight <= 0.0) {
-        return;
+        return sun_depth;
     }
-    let layer = scratch.layer(layer);
-    for sun in &ctx.lighting.suns {
-        let to_sun = scratch.toward(sun, random);
+    for (i, light) in ctx.lighting.suns.iter().enumerate() {
+        let to_sun = scratch.toward(light, random);
         scratch.light_sun(ctx, &LocalRay { origin: scratch.event.point, direction: to_sun });
-        let Scratch { event, weight, sunlit, scattered, layers, .. } = scratch;
-        event.scatter(ctx.media, turn_h(ray.direction, to_sun), scattered);
+        scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0);
+        let Scratch { weight, sunlit, looked, layers, .. } = scratch;
         for (w, radiance) in layers[layer].iter_mut().enumerate() {
-            *radiance += weight[w] * scattered[w] * sunlit[w] * sun.irradiance[w];
+            *radiance += weight[w] * looked[w] * sunlit[w] * light.irradiance[w];
+        }
+        if i == sun {
+            let passed = sunlit.iter().sum::<f64>() / sunlit.len() as f64;
+            // Without shadows nothing was asked: one small turn is a fair guess.
+            sun_depth = if ctx.switches.shadows { -passed.max(f64::MIN_POSITIVE).ln() } else { 1.0 };
         }
     }
+    sun_depth
 }
 
 /// The background that an escaping path sees.
@@ -298,8 +186,7 @@ fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
     true
 }
 
-/// Draws the next direction: around the path's own, or around the sun's, so that paths that happen to travel toward the
-/// sun before they look at it are no surprise.
+/// Draws the next direction.
 fn turn(
     ctx: &RenderContext,
     ray: &LocalRay,
@@ -308,33 +195,55 @@ fn turn(
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> LocalRay {
-    let suns = &ctx.lighting.suns;
-    let lobe = SUN_LOBE * SUN_LOBE_DECAY.powi(order as i32 - 1);
-    let u_lobe = random.uniform(Purpose::Lobe, order);
-    let axis = if u_lobe < lobe {
-        -suns[((u_lobe / lobe * suns.len() as f64) as usize).min(suns.len() - 1)].direction
-    } else {
-        ray.direction
-    };
     let (u_bin, u_angle) = (random.uniform(Purpose::Bin, order), random.uniform(Purpose::Angle, order));
     let h = scratch.event.sample_h(ctx.media, hero, u_bin, u_angle);
-    let direction = around(axis, h, random.uniform(Purpose::Azimuth, order));
-
-    let Scratch { event, weight, density, scattered, lobes, .. } = scratch;
-    let h = turn_h(ray.direction, direction);
-    event.density(ctx.media, h, scattered);
-    lobes.iter_mut().zip(&*scattered).for_each(|(sum, density)| *sum = (1.0 - lobe) * density);
-    for sun in suns {
-        event.density(ctx.media, turn_h(-sun.direction, direction), scattered);
-        lobes.iter_mut().zip(&*scattered).for_each(|(sum, density)| *sum += lobe / suns.len() as f64 * density);
-    }
-    event.scatter(ctx.media, h, scattered);
+    let direction = around(ray.direction, h, random.uniform(Purpose::Azimuth, order));
+    let Scratch { event, weight, density, turned, .. } = scratch;
+    event.turn(ctx.media, ctx.lobes, h, turned);
     for w in 0..weight.len() {
-        weight[w] *= scattered[w];
-        density[w] *= lobes[w];
+        weight[w] *= turned.light[w];
+        density[w] *= if event.sigma[w] > 0.0 { turned.drawn[w] / event.sigma[w] } else { 0.0 };
+    }
+    if let Some(lobes) = ctx.lobes {
+        scratch.note_turn(lobes.rarity(h));
     }
     normalize(scratch);
     LocalRay { origin: scratch.event.point, direction }
+}
+
+impl Scratch {
+    /// A path that has not collided yet.
+    fn begin_path(&mut self) {
+        self.weight.copy_from_slice(&self.seen);
+        self.density.copy_from_slice(&self.seen_density);
+        self.small_turns.fill(1.0);
+        self.rarity = 0.0;
+    }
+
+    /// Fills `looked` with the light that the collision turns by h, where a chain of small turns with the given sum of
+    /// rarities follows to the sun: all of it but the forward lobe, which other chains draw. Only where all turns from the
+    /// camera to the sun are small does the lobe count, shared among the collisions that could have been the one that is not
+    /// drawn (theory (49)).
+    pub(super) fn look(&mut self, ctx: &RenderContext, h: f64, chain_rarity: f64) {
+        let Self { event, turned, looked, small_turns, rarity, .. } = self;
+        event.turn(ctx.media, ctx.lobes, h, turned);
+        looked.copy_from_slice(&turned.light);
+        if let Some(lobes) = ctx.lobes {
+            let own = lobes.rarity(h);
+            let share = own / (own + *rarity + chain_rarity);
+            for w in 0..looked.len() {
+                looked[w] -= turned.lobe[w] * (1.0 - small_turns[w] * share);
+            }
+        }
+    }
+
+    /// Remembers what share of the path still has nothing but small turns.
+    fn note_turn(&mut self, turn_rarity: f64) {
+        for (share, (lobe, light)) in self.small_turns.iter_mut().zip(self.turned.lobe.iter().zip(&self.turned.light)) {
+            *share *= if *light > 0.0 { lobe / light } else { 0.0 };
+        }
+        self.rarity += turn_rarity;
+    }
 }
 
 /// h = 1 - cos of the angle between two unit vectors, without cancellation between neighbours.
@@ -363,12 +272,5 @@ mod tests {
                 assert!((turn_h(axis, direction) - h).abs() < 1e-9 * h.max(1e-6), "{h}");
             }
         }
-    }
-
-    /// The longest path's weight grows by less than 2.1 through the sun's lobe.
-    #[test]
-    fn the_suns_lobe_keeps_weights_bounded() {
-        let growth: f64 = (0..1000).map(|n| 1.0 / (1.0 - SUN_LOBE * SUN_LOBE_DECAY.powi(n))).product();
-        assert!(growth < 2.1, "{growth}");
     }
 }

@@ -1,5 +1,7 @@
 //! The scene's droplets, parcels and fog boxes become bodies: disc radii, densities and size bins filled in.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
 use super::media::Media;
@@ -65,7 +67,7 @@ fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed 
             Placed { center_m: particle.center_m, radius_m: disc_m as f32, load: 1.0, bin, kind: BodyKind::Droplet }
         }
         ParticleKind::Parcel => {
-            let volume_m3 = 4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3);
+            let volume_m3 = 4.0 / 3.0 * PI * radius_m.powi(3);
             Placed {
                 center_m: particle.center_m,
                 radius_m: particle.radius_m,
@@ -76,6 +78,26 @@ fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed 
             }
         }
     }
+}
+
+/// Extinction cross section of everything in each size bin, m^2, at the middle wavelength.
+pub(super) fn bin_areas(media: &Media, placed: &[Placed], fog_boxes: &[PlacedBox]) -> Vec<f64> {
+    let middle = media.n_wavelengths() / 2;
+    let mut areas_m2 = vec![0.0; media.n_bins()];
+    for body in placed {
+        let (bin, radius_m, load) = (body.bin as usize, f64::from(body.radius_m), f64::from(body.load));
+        areas_m2[bin] += match body.kind {
+            // No path collides with glass.
+            BodyKind::Glass => 0.0,
+            BodyKind::Droplet => -PI * radius_m * radius_m * (-load * media.disc_depth(bin)[middle]).exp_m1(),
+            BodyKind::Ball | BodyKind::Box => 4.0 / 3.0 * PI * radius_m.powi(3) * load * media.c_ext_m2(bin)[middle],
+        };
+    }
+    for fog in fog_boxes {
+        let volume_m3 = 8.0 * fog.half_edges_m.determinant().abs();
+        areas_m2[fog.bin as usize] += volume_m3 * fog.number_per_m3 * media.c_ext_m2(fog.bin as usize)[middle];
+    }
+    areas_m2
 }
 
 /// Bodies of fog boxes.

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::backdrop::{Backdrop, BackdropError, LatLong};
+use super::forward::ForwardLobes;
 use super::glass::Glass;
 use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
-use super::place::{bin_plan, place_balls, place_boxes, place_particles};
+use super::place::{bin_areas, bin_plan, place_balls, place_boxes, place_particles};
 use super::sample::RenderContext;
 use crate::accel::Accel;
 use crate::optics::DropletClass;
@@ -92,6 +93,7 @@ pub struct Prepared {
     pub resolution: [u32; 2],
     /// Most times that light is scattered by droplets; unlimited unless set.
     pub max_order: u32,
+    lobes: Option<ForwardLobes>,
     /// How much there is of everything.
     pub counts: Counts,
     /// What was noticed on the way.
@@ -128,6 +130,7 @@ impl Prepared {
         let resolution = plan.is_on(Effect::Refraction).then(|| Resolution::of(&scene));
         let balls = resolution.as_ref().map_or(Vec::new(), |r| place_balls(&scene.particles, &bins, r));
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
+        let lobes = forward_lobes(&media, &bin_areas(&media, &placed, &fog_boxes));
         let accel = Accel::build(placed, &fog_boxes);
         let glass = Glass::new(&accel, balls, &bins, &scene.classes, &tables, absorption).map_err(OpticsError::from)?;
         let warnings =
@@ -143,9 +146,15 @@ impl Prepared {
             switches: plan.switches(has_air),
             resolution: scene.settings.image.resolution,
             max_order: u32::MAX,
+            lobes,
             counts,
             warnings,
         })
+    }
+
+    /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.
+    pub fn without_chains(self) -> Self {
+        Self { lobes: None, ..self }
     }
 
     /// What every sample reads.
@@ -154,6 +163,7 @@ impl Prepared {
             accel: &self.accel,
             media: &self.media,
             glass: self.glass.as_ref(),
+            lobes: self.lobes.as_ref(),
             lighting: &self.lighting,
             camera: &self.camera,
             switches: self.switches,
@@ -187,6 +197,14 @@ fn march_warning(air: &Air) -> Option<Warning> {
             "raise atmosphere.step_m or lower atmosphere.depth_m",
         )
     })
+}
+
+/// The forward lobe that all droplets have in common, by how much each size bin takes from the light.
+fn forward_lobes(media: &Media, areas_m2: &[f64]) -> Option<ForwardLobes> {
+    let bins = || (0..media.n_bins()).filter(|bin| areas_m2[*bin] > 0.0);
+    let mixture = |w: usize| bins().map(|bin| (areas_m2[bin], &*media.phase(bin)[w])).collect();
+    let mixtures: Vec<Vec<_>> = (0..media.n_wavelengths()).map(mixture).collect();
+    ForwardLobes::new(&mixtures)
 }
 
 /// Wavelengths that need tables; without dispersion all share the middle one.

@@ -20,11 +20,16 @@ pub(super) enum Purpose {
     Hero,
     Collision,
     Roulette,
-    Lobe,
     Bin,
     Angle,
     Azimuth,
     March,
+    ChainSun,
+    ChainChance,
+    ChainLength,
+    ChainAngle,
+    ChainAzimuth,
+    ChainCollision,
     /// Which way at a surface.
     Surface,
     /// Whether a camera ray goes on.
@@ -60,7 +65,7 @@ impl PathRandom {
     }
 
     /// Which of `n` wavelengths leads the path. Samples of a pixel take them in turn, evenly at every power of two (van der
-    /// Corput 1935, turned by a number of the pixel's own), so that few samples already show all colours.
+    /// Corput 1935, turned by a number of the pixel's own; theory (79)), so that few samples already show all colours.
     pub fn hero(&self, n: usize) -> usize {
         let start = (mix(self.pixel_key ^ Purpose::Hero as u64) >> 11) as f64 * UNIT;
         let turn = (self.sample.reverse_bits() >> 11) as f64 * UNIT;
@@ -74,13 +79,10 @@ impl PathRandom {
         self.hash(purpose as u64, u64::from(index))
     }
 
-    /// A number in [0, 1) for one body on the way to one collision, or from one surface of glass.
+    /// A number in [0, 1) for one body on the way to one collision.
     #[inline]
-    pub fn body(&self, flight: Purpose, number: u32, body_id: u32) -> f64 {
-        /// Flights from surfaces are numbered from here on; paths have fewer collisions.
-        const FROM_SURFACES: u64 = 1 << 31;
-        let first = if matches!(flight, Purpose::Flight) { FROM_SURFACES } else { 0 };
-        self.hash(Purpose::Body as u64 + first + u64::from(number), u64::from(body_id))
+    pub fn body(&self, collision: u32, body_id: u32) -> f64 {
+        self.hash(Purpose::Body as u64 + u64::from(collision), u64::from(body_id))
     }
 
     #[inline]
@@ -97,8 +99,8 @@ mod tests {
     #[test]
     fn numbers_are_uniform_over_each_counter() {
         let by_index = |i: u32| PathRandom::new(1, 2, 3).uniform(Purpose::March, i);
-        let by_body = |i: u32| PathRandom::new(1, 2, 3).body(Purpose::Collision, 4, i);
-        let by_collision = |i: u32| PathRandom::new(1, 2, 3).body(Purpose::Collision, i, 7);
+        let by_body = |i: u32| PathRandom::new(1, 2, 3).body(4, i);
+        let by_collision = |i: u32| PathRandom::new(1, 2, 3).body(i, 7);
         let by_sample = |i: u32| PathRandom::new(1, 2, u64::from(i)).uniform(Purpose::PixelX, 0);
         let by_pixel = |i: u32| PathRandom::new(1, u64::from(i), 3).uniform(Purpose::PixelX, 0);
         let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::PixelX, 0);

@@ -1,13 +1,16 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
 use super::camera::camera_ray;
+use super::chain::Aside;
 use super::collision::Finder;
-use super::event::Event;
+use super::event::{Event, Turn};
+use super::flight::meet;
+use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Glass, Ways};
 use super::lighting::{Lighting, SunLight};
 use super::march::add_airlight;
 use super::media::Media;
-use super::path::{add_path, meet, survival_of_length, turn_h};
+use super::path::{add_path, survival_of_length, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
 use super::transmittance::OpticalDepth;
@@ -26,6 +29,8 @@ pub struct RenderContext<'a> {
     pub media: &'a Media,
     /// Droplets that can be seen, where they are glass.
     pub glass: Option<&'a Glass>,
+    /// The forward lobe that the droplets have in common, where they have one.
+    pub(super) lobes: Option<&'a ForwardLobes>,
     /// The light.
     pub lighting: &'a Lighting,
     /// The camera.
@@ -91,8 +96,16 @@ pub(super) struct Scratch {
     pub weight: Vec<f64>,
     /// Density with which each wavelength would have drawn the path, over their mean.
     pub density: Vec<f64>,
-    pub scattered: Vec<f64>,
-    pub lobes: Vec<f64>,
+    /// What the last turn that was asked about is worth.
+    pub turned: Turn,
+    /// What a look at the sun is worth, without its light.
+    pub looked: Vec<f64>,
+    /// Share of the path whose turns all belong to the common forward lobe.
+    pub small_turns: Vec<f64>,
+    /// Sum of the rarities of its turns.
+    pub rarity: f64,
+    /// The chain toward the sun.
+    pub aside: Aside,
     /// The collision that the path is at.
     pub event: Event,
     pub finder: Finder,
@@ -129,8 +142,11 @@ impl Scratch {
             sun_draws: 0,
             weight: zeros(),
             density: zeros(),
-            scattered: zeros(),
-            lobes: zeros(),
+            turned: Turn::new(n_wavelengths),
+            looked: zeros(),
+            small_turns: zeros(),
+            rarity: 0.0,
+            aside: Aside::new(n_wavelengths),
             event: Event::new(n_wavelengths),
             finder: Finder::default(),
             total_depth: zeros(),

@@ -13,8 +13,12 @@ const OPAQUE: f64 = 80.0;
 /// Bodies of one size bin act alike at every wavelength, so what is summed first is a column per bin.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OpticalDepth {
+    /// The bin that was met last, and its column: neighbours often share one.
+    bin: usize,
+    column: Column,
+    /// Columns of the bins that were met before.
     columns: Vec<Column>,
-    /// Bins with something in their column.
+    /// Bins with something in `columns`.
     touched: Vec<u32>,
     depth: Vec<f64>,
 }
@@ -32,8 +36,8 @@ impl OpticalDepth {
     pub fn new(media: &Media) -> Self {
         Self {
             columns: vec![Column::default(); media.n_bins()],
-            touched: Vec::new(),
             depth: vec![0.0; media.n_wavelengths()],
+            ..Self::default()
         }
     }
 
@@ -62,40 +66,66 @@ impl OpticalDepth {
     /// Adds a body to its bin's column and returns how much.
     #[inline]
     fn add(&mut self, body: &Body, crossing: Crossing, to: f64) -> f64 {
-        let load = f64::from(body.load);
-        let column = &mut self.columns[body.bin()];
-        if *column == Column::default() {
-            self.touched.push(body.bin() as u32);
+        if body.bin() != self.bin {
+            self.put_column_away();
+            self.bin = body.bin();
         }
+        let load = f64::from(body.load);
         match body.kind() {
             BodyKind::Droplet | BodyKind::Glass => {
-                column.discs += load;
+                self.column.discs += load;
                 load
             }
             BodyKind::Ball | BodyKind::Box => {
                 let fog_per_m2 = load * (crossing.end().min(to) - crossing.start().max(0.0));
-                column.fog_per_m2 += fog_per_m2;
+                self.column.fog_per_m2 += fog_per_m2;
                 fog_per_m2
             }
         }
     }
 
+    /// Adds the last bin's column to what was met of that bin before.
+    fn put_column_away(&mut self) {
+        let column = std::mem::take(&mut self.column);
+        if column == Column::default() {
+            return;
+        }
+        let sum = &mut self.columns[self.bin];
+        if *sum == Column::default() {
+            self.touched.push(self.bin as u32);
+        }
+        sum.fog_per_m2 += column.fog_per_m2;
+        sum.discs += column.discs;
+    }
+
     /// Turns columns into depths and empties them.
     fn finish(&mut self, media: &Media) -> &[f64] {
+        if self.touched.is_empty() {
+            let column = std::mem::take(&mut self.column);
+            let row = media.c_ext_m2(self.bin).iter().zip(media.disc_depth(self.bin));
+            for (depth, (c_ext_m2, disc)) in self.depth.iter_mut().zip(row) {
+                *depth = column.depth(*c_ext_m2, *disc);
+            }
+            return &self.depth;
+        }
+        self.put_column_away();
         self.depth.fill(0.0);
         for bin in self.touched.drain(..) {
             let column = std::mem::take(&mut self.columns[bin as usize]);
-            if column.fog_per_m2 > 0.0 {
-                for (depth, c_ext_m2) in self.depth.iter_mut().zip(media.c_ext_m2(bin as usize)) {
-                    *depth += column.fog_per_m2 * c_ext_m2;
-                }
-            }
-            if column.discs > 0.0 {
-                for (depth, disc) in self.depth.iter_mut().zip(media.disc_depth(bin as usize)) {
-                    *depth += column.discs * disc;
-                }
+            let row = media.c_ext_m2(bin as usize).iter().zip(media.disc_depth(bin as usize));
+            for (depth, (c_ext_m2, disc)) in self.depth.iter_mut().zip(row) {
+                *depth += column.depth(*c_ext_m2, *disc);
             }
         }
         &self.depth
+    }
+}
+
+impl Column {
+    /// Optical depth of the column. A disc's can be infinite, and no discs are none of it.
+    #[inline]
+    fn depth(self, c_ext_m2: f64, disc: f64) -> f64 {
+        let fog = self.fog_per_m2 * c_ext_m2;
+        if self.discs > 0.0 { fog + self.discs * disc } else { fog }
     }
 }

@@ -108,12 +108,20 @@ pub fn render_once(scene: Scene, spp: u32, seed: u64) -> RenderOutcome {
 }
 
 pub fn render_with(scene: Scene, spp: u32, seed: u64, effects: &BTreeMap<Effect, Switch>) -> RenderOutcome {
+    render_prepared(&prepare(scene, effects), spp, seed)
+}
+
+/// A scene that is ready to be rendered, with everything on that it calls for.
+pub fn prepare(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: 8 });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
-    let [width, height] = scene.settings.image.resolution;
     // A target of 1e-9 leaves nothing out.
     let plan = plan::plan(&scene, effects, 1e-9, sampling.wavelengths_m.len()).expect("the scene can be planned");
-    let prepared = Prepared::new(scene, &plan, &sampling, None, &mut |_| {}).expect("the scene can be prepared");
+    Prepared::new(scene, &plan, &sampling, None, &mut |_| {}).expect("the scene can be prepared")
+}
+
+pub fn render_prepared(prepared: &Prepared, spp: u32, seed: u64) -> RenderOutcome {
+    let [width, height] = prepared.resolution;
     let request = RenderRequest {
         seed,
         until: Until::Samples(spp),

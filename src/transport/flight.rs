@@ -1,0 +1,149 @@
+//! Flights of a path: from where it is to its next collision, or out of everything.
+//!
+//! Legend: weight_l, the path's integrand over the mean of all heroes' densities (theory (44), (46)); density_h, those
+//! densities over their mean.
+
+use super::collision::{Place, Stretch};
+use super::glass::balance;
+use super::random::PathRandom;
+use super::sample::{RenderContext, Scratch};
+use crate::accel::{BodyKind, Crossing, LocalRay};
+
+/// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short
+/// searches then cost less than one through everything.
+const CROWDED: usize = 128;
+
+/// Whether so much is in the way that later flights should use `fly_near`.
+pub(super) fn is_crowded(scratch: &Scratch) -> bool {
+    scratch.crossings.len() > CROWDED
+}
+
+/// Marks the flights from surfaces of glass apart from those of collisions, and of chains.
+pub(super) const SURFACE_FLIGHTS: u32 = 1 << 30;
+
+/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets before `scratch.reach_m`.
+pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let reach_m = scratch.reach_m;
+    gather(ctx, ray, reach_m, scratch);
+    let Scratch { crossings, path_depth, total_depth, .. } = scratch;
+    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, reach_m));
+}
+
+/// Fills `scratch.crossings` with what a ray meets before a distance, chords cut off there. Glass is met otherwise.
+fn gather(ctx: &RenderContext, ray: &LocalRay, to_m: f64, scratch: &mut Scratch) {
+    let crossings = &mut scratch.crossings;
+    crossings.clear();
+    ctx.accel.all(ray, 0.0, to_m, |body, crossing| {
+        if body.kind() != BodyKind::Glass {
+            crossings.push((*body, crossing.before(to_m)));
+        }
+    });
+}
+
+/// The first collision with what was met, given that there is one (theory (43)).
+pub(super) fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    let opacity = -(-scratch.total_depth[hero]).exp_m1();
+    if opacity <= 0.0 || !collide(ctx, ray, hero, -(-u * opacity).ln_1p(), scratch) {
+        return false;
+    }
+    let Scratch { density, total_depth, .. } = scratch;
+    for (density, depth) in density.iter_mut().zip(total_depth) {
+        let opacity = -(-*depth).exp_m1();
+        *density = if opacity > 0.0 { *density / opacity } else { 0.0 };
+    }
+    normalize(scratch)
+}
+
+/// A collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight then being
+/// that of the way out.
+pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    scratch.rays.scatter += 1;
+    meet(ctx, ray, scratch);
+    // 1 - u is exact.
+    let target = -(1.0 - u).ln();
+    if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
+        return normalize(scratch);
+    }
+    escape(ctx, ray, scratch);
+    false
+}
+
+/// A collision where much is in the way: the nearest of independent draws for each body, which is the collision of their
+/// sum, so that only what lies before it is looked at. `flight` numbers the draws.
+pub(super) fn fly_near(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    hero: usize,
+    flight: u32,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> bool {
+    scratch.rays.scatter += 1;
+    let (media, reach_m) = (ctx.media, scratch.reach_m);
+    let hit = ctx.accel.closest(ray, 0.0, None, |body, crossing| {
+        if body.kind() == BodyKind::Glass || crossing.start() >= reach_m {
+            return None;
+        }
+        let (u, load) = (random.body(flight, body.id), f64::from(body.load));
+        match crossing {
+            Crossing::Point(t) => (u < -(-load * media.disc_depth(body.bin())[hero]).exp_m1()).then_some(t),
+            Crossing::Chord(t0, t1) => {
+                let (start, per_m) = (t0.max(0.0), load * media.c_ext_m2(body.bin())[hero]);
+                // 1 - exp(-x) is below x: most bodies are done without a logarithm.
+                let t = if u < per_m * (t1 - start) { start - (-u).ln_1p() / per_m } else { f64::INFINITY };
+                (t < t1.min(reach_m)).then_some(t)
+            }
+        }
+    });
+    let Some(hit) = hit else {
+        meet(ctx, ray, scratch);
+        escape(ctx, ray, scratch);
+        return false;
+    };
+    gather(ctx, ray, hit.t_m.next_up(), scratch);
+    let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
+    let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
+    let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
+    land(ctx, ray, place, scratch);
+    normalize(scratch)
+}
+
+/// The weight of a path that meets nothing more before `scratch.reach_m`.
+fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let Scratch { weight, density, total_depth, reach_m, .. } = scratch;
+    let air = ctx.air_transmittance(ray, *reach_m);
+    for w in 0..weight.len() {
+        let passed = (-total_depth[w]).exp();
+        weight[w] *= passed * air;
+        density[w] *= passed;
+    }
+    normalize(scratch);
+}
+
+/// Finds the collision at a hero's optical depth.
+fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
+    let Scratch { crossings, finder, .. } = scratch;
+    finder.stretches.clear();
+    finder.stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
+    let Some(place) = finder.find(target) else { return false };
+    land(ctx, ray, place, scratch);
+    true
+}
+
+/// Multiplies a collision's transmittance and density in.
+fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch) {
+    let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
+    event.gather(ctx.media, ray, place, crossings);
+    let depth = path_depth.past(ctx.media, crossings, event.t_m);
+    let air = ctx.air_transmittance(ray, event.t_m);
+    for w in 0..weight.len() {
+        let passed = (-depth[w]).exp();
+        weight[w] *= passed * air;
+        density[w] *= passed * event.sigma[w];
+    }
+}
+
+/// Divides by the mean density; `false` where no hero could have drawn the path.
+pub(super) fn normalize(scratch: &mut Scratch) -> bool {
+    balance(&mut scratch.weight, &mut scratch.density)
+}
