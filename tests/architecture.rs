@@ -15,7 +15,7 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     ("accel", &[]),
     ("film", &[]),
     ("image", &[]),
-    ("transport", &["accel", "optics", "plan", "scene", "spectrum", "film", "warning"]),
+    ("transport", &["accel", "optics", "plan", "scene", "spectrum", "film", "image", "warning"]),
     (
         "study",
         &["accel", "film", "image", "mie", "optics", "plan", "scene", "spectrum", "transport", "units", "warning"],

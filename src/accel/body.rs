@@ -12,6 +12,8 @@ pub enum BodyKind {
     Ball,
     /// An oriented box of fog: met along a chord.
     Box,
+    /// A droplet that can be seen: for sunlight as `Droplet`; other rays meet its ball, which stands in a tree of its own.
+    Glass,
 }
 
 /// One droplet, parcel or fog box; 40 bytes, since there are millions.
@@ -43,14 +45,21 @@ impl Body {
         (self.tag & ((1 << KIND_SHIFT) - 1)) as usize
     }
 
-    /// Droplet, ball or box.
+    /// What it is.
     #[inline]
     pub fn kind(&self) -> BodyKind {
         match self.tag >> KIND_SHIFT {
             0 => BodyKind::Droplet,
             1 => BodyKind::Ball,
-            _ => BodyKind::Box,
+            2 => BodyKind::Box,
+            _ => BodyKind::Glass,
         }
+    }
+
+    /// Whether it is met at one point, on a disc.
+    #[inline]
+    pub fn is_disc(&self) -> bool {
+        matches!(self.kind(), BodyKind::Droplet | BodyKind::Glass)
     }
 
     /// Index of a box's shape.
@@ -102,6 +111,15 @@ impl Crossing {
     pub fn start(self) -> f64 {
         match self {
             Crossing::Point(t) | Crossing::Chord(t, _) => t,
+        }
+    }
+
+    /// What lies before a distance.
+    #[inline]
+    pub fn before(self, t_m: f64) -> Self {
+        match self {
+            Crossing::Chord(start, end) => Crossing::Chord(start, end.min(t_m)),
+            point => point,
         }
     }
 

@@ -26,9 +26,12 @@ const MAX_BINARY_DEPTH: usize = 64;
 /// obvhs' preset that builds fastest; slower ones gain nothing on evenly spread spheres.
 const PRESET: BvhBuildParams = BvhBuildParams::very_fast_build();
 
-pub(super) fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox]) -> Accel {
-    let (min_m, max_m) = world_bounds(&particles, fog_boxes);
-    let frame = CloudFrame::new(min_m, max_m);
+/// Builds in a frame of its own, or in a given one whose bounds hold everything.
+pub(super) fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox], frame: Option<CloudFrame>) -> Accel {
+    let frame = frame.unwrap_or_else(|| {
+        let (min_m, max_m) = world_bounds(&particles, fog_boxes);
+        CloudFrame::new(min_m, max_m)
+    });
     let boxes: Vec<BoxShape> = fog_boxes.iter().map(|b| box_shape(b.half_edges_m)).collect();
     let mut bodies = place(particles, fog_boxes, &frame);
     if bodies.len() <= LINEAR_LIMIT {

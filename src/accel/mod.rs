@@ -69,7 +69,13 @@ impl Accel {
 
     /// Builds the tree. The order of `particles` numbers them for the random numbers of free flight.
     pub fn build(particles: Vec<Placed>, fog_boxes: &[PlacedBox]) -> Self {
-        build::build(particles, fog_boxes)
+        build::build(particles, fog_boxes, None)
+    }
+
+    /// Builds a second tree in the frame of this one, so that one ray serves both. Its particles must lie within the bounds
+    /// of this one.
+    pub fn build_beside(&self, particles: Vec<Placed>) -> Self {
+        build::build(particles, &[], Some(self.frame))
     }
 
     /// Number of bodies, coincident identical ones counted once.

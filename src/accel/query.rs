@@ -127,7 +127,9 @@ impl Accel {
     fn cross(&self, ray: &LocalRay, body: &Body) -> Option<Crossing> {
         let radius_m = f64::from(body.radius_m);
         match body.kind() {
-            BodyKind::Droplet => cross_sphere(ray, body.center, radius_m).map(|(t, _)| Crossing::Point(t)),
+            BodyKind::Droplet | BodyKind::Glass => {
+                cross_sphere(ray, body.center, radius_m).map(|(t, _)| Crossing::Point(t))
+            }
             BodyKind::Ball => cross_sphere(ray, body.center, radius_m).map(|(t, rest)| {
                 let half = rest.sqrt();
                 Crossing::Chord(t - half, t + half)

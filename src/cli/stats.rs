@@ -72,6 +72,7 @@ impl Stats<'_> {
             },
             "rays": {
                 "camera": outcome.rays.camera, "scatter": outcome.rays.scatter,
+                "refracted": outcome.rays.refracted,
                 "shadow": outcome.rays.shadow, "glow_queries": outcome.rays.glow_queries,
             },
             "rays_per_second": self.rays_per_second(),

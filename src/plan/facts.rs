@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::optics::DropletClass;
 use crate::scene::model::{FogBalls, FogBox, FogDensity, Particle, ParticleKind, Scene};
+use crate::scene::resolved::{Resolution, middle_wavelength_m};
 
 /// Extinction efficiency of a droplet that is large against the wavelength (van de Hulst 1957).
 const LARGE_SPHERE_Q_EXT: f64 = 2.0;
@@ -17,8 +18,12 @@ pub struct SceneFacts {
     pub n_particles: usize,
     /// Fog boxes.
     pub n_fog_boxes: usize,
-    /// Droplets drawn at more than twice their own radius.
-    pub n_magnified: usize,
+    /// Droplets that can be seen as glass balls.
+    pub n_resolved: usize,
+    /// Share of the picture that they cover, by their size in its middle; at most 1.
+    pub glass_cover: f64,
+    /// Largest size parameter among droplets, parcels and fog, from the largest radius that matters in each.
+    pub largest_size_parameter: f64,
     /// Mean optical depth across the cloud: extinction area over projected area.
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
@@ -40,12 +45,15 @@ impl SceneFacts {
         let projected_m2 = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
         let particles = if projected_m2 > 0.0 { area_m2 / projected_m2 } else { 0.0 };
         let boxes: f64 = scene.fog_boxes.iter().map(|b| box_optical_depth(scene, &means, b)).sum();
+        let glass = glass(scene);
         let along =
             |depth: f64| if size.min_element() > 0.0 { depth * size.length() / size.min_element() } else { depth };
         Self {
             n_particles: scene.particles.len(),
             n_fog_boxes: scene.fog_boxes.len(),
-            n_magnified: scene.particles.iter().filter(|p| is_magnified(p)).count(),
+            n_resolved: glass.0,
+            glass_cover: glass.1.min(1.0),
+            largest_size_parameter: largest_size_parameter(scene),
             optical_depth: particles + boxes,
             deepest_optical_depth: along(particles) + boxes,
         }
@@ -57,9 +65,34 @@ impl SceneFacts {
     }
 }
 
-fn is_magnified(particle: &Particle) -> bool {
-    let own_radius_m = particle.droplet_radius_m;
-    particle.kind == ParticleKind::Droplet && own_radius_m > 0.0 && particle.radius_m > 2.0 * own_radius_m
+/// Number of glass balls, and how many pictures they would cover if none hid another.
+fn glass(scene: &Scene) -> (usize, f64) {
+    let resolution = Resolution::of(scene);
+    let [width, height] = scene.settings.image.resolution.map(f64::from);
+    let all = width * height;
+    let cover = |particle: &Particle| {
+        let pixels = resolution.diameter_pixels(particle.center_m, f64::from(particle.radius_m));
+        (0.25 * PI * pixels * pixels).min(all) / all
+    };
+    let resolved = scene.particles.iter().filter(|particle| resolution.is_resolved(particle));
+    resolved.fold((0, 0.0), |(n, sum), particle| (n + 1, sum + cover(particle)))
+}
+
+/// Size parameter of the largest droplets: of a distribution, those at its effective radius, where most light is scattered.
+fn largest_size_parameter(scene: &Scene) -> f64 {
+    let effective_m = |class: u16| {
+        let law = scene.classes[usize::from(class)].distribution.law();
+        law.moment(3) / law.moment(2)
+    };
+    let effective_m: Vec<f64> = (0..scene.classes.len() as u16).map(effective_m).collect();
+    let of_particle = |particle: &Particle| match (f64::from(particle.droplet_radius_m), particle.kind) {
+        (own_m, _) if own_m > 0.0 => own_m,
+        (_, ParticleKind::Droplet) => f64::from(particle.radius_m),
+        (_, ParticleKind::Parcel) => effective_m[usize::from(particle.class)],
+    };
+    let of_box = |fog: &FogBox| fog.droplet_radius_m.unwrap_or(effective_m[usize::from(fog.class)]);
+    let largest_m = scene.particles.iter().map(of_particle).chain(scene.fog_boxes.iter().map(of_box));
+    2.0 * PI * largest_m.fold(0.0, f64::max) / middle_wavelength_m(&scene.settings)
 }
 
 /// What one droplet of a class measures on average.

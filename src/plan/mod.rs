@@ -1,6 +1,7 @@
 //! Which effects are simulated, and why: a pure function of scene and settings.
 
 mod facts;
+mod surroundings;
 
 use std::collections::BTreeMap;
 
@@ -62,7 +63,7 @@ pub enum PlanError {
 }
 
 /// Effects whose names exist before their simulation does.
-const NOT_YET: [Effect; 4] = [Effect::Glow, Effect::AirMultiple, Effect::Refraction, Effect::SunDisc];
+const NOT_YET: [Effect; 2] = [Effect::Glow, Effect::AirMultiple];
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 const SHARE_OF_TARGET: f64 = 0.1;
@@ -119,10 +120,7 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
             let any = if depth > 0.0 { None } else { Some(0.0) };
             (any, format!("the air's scattering optical depth is {depth:.3}"))
         }
-        Effect::Background => {
-            let dark = settings.background.radiance == [0.0; 3] && settings.background.image.is_none();
-            (dark.then_some(0.0), if dark { "the background is black" } else { "there is a background" }.into())
-        }
+        Effect::Background => surroundings::background(scene, facts),
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
         Effect::Multiple => (
@@ -136,11 +134,8 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
                 if lit_air { "droplets light the air" } else { "no air is lit by droplets" }.into(),
             )
         }
-        Effect::Refraction => {
-            let magnified = facts.n_magnified > 0;
-            ((!magnified).then_some(0.0), format!("{} droplets are magnified", facts.n_magnified))
-        }
-        Effect::SunDisc => (Some(0.0), "the sun is a point".into()),
+        Effect::Refraction => surroundings::refraction(scene, facts),
+        Effect::SunDisc => surroundings::sun_disc(scene, facts),
     }
 }
 

@@ -13,6 +13,7 @@ pub mod keys;
 pub mod load;
 pub mod marks;
 pub mod model;
+pub mod resolved;
 pub mod settings;
 mod settings_json;
 pub mod settings_parse;

@@ -135,3 +135,10 @@ pub struct Scene {
     /// Content hash of the scene as it was read, with its settings (hexadecimal).
     pub hash: String,
 }
+
+impl Scene {
+    /// Angular diameter of a sun, degrees: its own, or that of all that name none.
+    pub fn sun_diameter_deg(&self, sun: &Sun) -> f64 {
+        sun.angular_diameter_deg.unwrap_or(self.settings.sun.angular_diameter_deg)
+    }
+}

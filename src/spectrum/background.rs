@@ -54,6 +54,21 @@ impl Uplift {
     }
 }
 
+impl Uplift {
+    /// As `spectrum`, into a buffer, without allocating where no band turns negative.
+    pub(super) fn spectrum_into(&self, rgb_weights: &[[f64; 3]], rgb: [f64; 3], out: &mut [f64]) {
+        if let Self::Linear(rows) = self {
+            for (out, row) in out.iter_mut().zip(rows) {
+                *out = row.iter().zip(rgb).map(|(row, channel)| row * channel).sum();
+            }
+            if out.iter().all(|value| *value >= 0.0) {
+                return;
+            }
+        }
+        out.copy_from_slice(&self.spectrum(rgb_weights, rgb));
+    }
+}
+
 /// The spectrum nearest to `smooth` with negative bands set to zero and the rest moved so that the colour is kept:
 /// the least change of the bands left, repeated while new ones turn negative. `None` where too few bands are left.
 fn non_negative(rgb_weights: &[[f64; 3]], rgb: [f64; 3], smooth: &[f64]) -> Option<Vec<f64>> {

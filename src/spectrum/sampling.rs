@@ -152,6 +152,12 @@ impl SpectralSampling {
         self.uplift.spectrum(&self.rgb_weights, rgb)
     }
 
+    /// As `background_spectrum`, into a buffer of one value per wavelength; what could not but be negative is 0.
+    pub fn background_spectrum_into(&self, rgb: [f64; 3], out: &mut [f64]) {
+        self.uplift.spectrum_into(&self.rgb_weights, rgb, out);
+        out.iter_mut().for_each(|value| *value = value.max(0.0));
+    }
+
     /// The luminance of pixel value 1.0 in `bands` mode, cd/m^2: a white diffuser facing all lights together.
     pub fn white_luminance_cd_m2(&self, total_lux: f64) -> Option<f64> {
         matches!(self.mode, SpectralMode::Bands { .. }).then_some(total_lux / PI)

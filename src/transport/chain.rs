@@ -39,6 +39,8 @@ pub(super) struct Aside {
     density: Vec<f64>,
     /// Turns from the sun outward: h of each, and the direction that it turns to the one before.
     turns: Vec<(f64, DVec3)>,
+    /// The direction to where on the sun the chain ends.
+    to_sun: DVec3,
 }
 
 impl Aside {
@@ -114,6 +116,7 @@ pub(super) fn begin_chain(
 ) -> bool {
     let Station { ray, hero, order, sun, sun_depth, .. } = *station;
     let Some(light) = ctx.lighting.suns.get(sun) else { return false };
+    let to_sun = scratch.toward(light, random);
     let small_turns = lobes.share() * sun_depth;
     let chance = (CHAINS * small_turns.min(1.0).sqrt() * (-CHANCE_DECAY * sun_depth).exp()).clamp(LEAST_CHANCE, 1.0);
     if random.uniform(Purpose::ChainChance, order) >= chance {
@@ -125,7 +128,8 @@ pub(super) fn begin_chain(
         return false;
     }
     let mut rarity = 0.0;
-    let mut toward = -light.direction;
+    let mut toward = to_sun;
+    scratch.aside.to_sun = to_sun;
     scratch.aside.turns.clear();
     for i in 0..n_turns {
         let h = lobes.sample(hero, random.uniform(Purpose::ChainAngle, draw_of(order, i)));
@@ -156,10 +160,11 @@ pub(super) fn follow_chain(
     scratch.step_aside();
     if fly_chain(ctx, lobes, station, random, scratch) {
         let sun = &ctx.lighting.suns[station.sun];
-        let sun_ray = LocalRay { origin: scratch.event.point, direction: -sun.direction };
+        let sun_ray = LocalRay { origin: scratch.event.point, direction: scratch.aside.to_sun };
         scratch.light_sun(ctx, &sun_ray);
+        let layer = scratch.layer(Layer::Multiple);
         let Scratch { weight, sunlit, layers, .. } = scratch;
-        for (w, radiance) in layers[Layer::Multiple as usize].iter_mut().enumerate() {
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
             *radiance += weight[w] * sunlit[w] * sun.irradiance[w];
         }
     }
@@ -180,6 +185,10 @@ fn fly_chain(
         let (h, direction) = scratch.aside.turns[i];
         let ray = LocalRay { origin, direction };
         let draw = draw_of(order, i as u32);
+        // What lies behind glass is not on a straight way to the sun.
+        if scratch.look_ahead(ctx, &ray, None).is_some_and(|ahead| ahead.is_inside) {
+            return false;
+        }
         let collided = if is_crowded {
             fly_near(ctx, &ray, hero, CHAIN_FLIGHTS | draw, random, scratch)
         } else {

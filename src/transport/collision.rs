@@ -29,7 +29,7 @@ impl Stretch {
         let load = f64::from(body.load);
         let (start, end) = (crossing.start().max(0.0), crossing.end());
         let depth = match body.kind() {
-            BodyKind::Droplet => load * media.disc_depth(body.bin())[wavelength],
+            BodyKind::Droplet | BodyKind::Glass => load * media.disc_depth(body.bin())[wavelength],
             BodyKind::Ball | BodyKind::Box => load * media.c_ext_m2(body.bin())[wavelength] * (end - start),
         };
         (depth > 0.0).then_some(Self { start, end, depth, index: index as u32 })

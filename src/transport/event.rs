@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::collision::Place;
 use super::forward::ForwardLobes;
 use super::media::Media;
-use crate::accel::{Body, BodyKind, Crossing, LocalRay};
+use crate::accel::{Body, Crossing, LocalRay};
 
 /// A collision; buffers are reused from one to the next.
 #[derive(Clone, Debug, Default)]
@@ -69,7 +69,7 @@ impl Event {
     fn gather_fog(&mut self, media: &Media, crossings: &[(Body, Crossing)]) {
         for (body, crossing) in crossings {
             let inside = crossing.start() <= self.t_m && self.t_m <= crossing.end();
-            if !inside || body.kind() == BodyKind::Droplet {
+            if !inside || body.is_disc() {
                 continue;
             }
             let (bin, load) = (body.bin() as u32, f64::from(body.load));

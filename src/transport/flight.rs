@@ -4,6 +4,7 @@
 //! densities over their mean.
 
 use super::collision::{Place, Stretch};
+use super::glass::balance;
 use super::random::PathRandom;
 use super::sample::{RenderContext, Scratch};
 use crate::accel::{BodyKind, Crossing, LocalRay};
@@ -17,12 +18,26 @@ pub(super) fn is_crowded(scratch: &Scratch) -> bool {
     scratch.crossings.len() > CROWDED
 }
 
-/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets.
+/// Marks the flights from surfaces of glass apart from those of collisions, and of chains.
+pub(super) const SURFACE_FLIGHTS: u32 = 1 << 30;
+
+/// Fills `scratch.crossings` and `scratch.total_depth` with what a ray meets before `scratch.reach_m`.
 pub(super) fn meet(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let reach_m = scratch.reach_m;
+    gather(ctx, ray, reach_m, scratch);
     let Scratch { crossings, path_depth, total_depth, .. } = scratch;
+    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, reach_m));
+}
+
+/// Fills `scratch.crossings` with what a ray meets before a distance, chords cut off there. Glass is met otherwise.
+fn gather(ctx: &RenderContext, ray: &LocalRay, to_m: f64, scratch: &mut Scratch) {
+    let crossings = &mut scratch.crossings;
     crossings.clear();
-    ctx.accel.all(ray, 0.0, f64::INFINITY, |body, crossing| crossings.push((*body, crossing)));
-    total_depth.copy_from_slice(path_depth.past(ctx.media, crossings, f64::INFINITY));
+    ctx.accel.all(ray, 0.0, to_m, |body, crossing| {
+        if body.kind() != BodyKind::Glass {
+            crossings.push((*body, crossing.before(to_m)));
+        }
+    });
 }
 
 /// The first collision with what was met, given that there is one (theory (43)).
@@ -64,8 +79,11 @@ pub(super) fn fly_near(
     scratch: &mut Scratch,
 ) -> bool {
     scratch.rays.scatter += 1;
-    let media = ctx.media;
+    let (media, reach_m) = (ctx.media, scratch.reach_m);
     let hit = ctx.accel.closest(ray, 0.0, None, |body, crossing| {
+        if body.kind() == BodyKind::Glass || crossing.start() >= reach_m {
+            return None;
+        }
         let (u, load) = (random.body(flight, body.id), f64::from(body.load));
         match crossing {
             Crossing::Point(t) => (u < -(-load * media.disc_depth(body.bin())[hero]).exp_m1()).then_some(t),
@@ -73,7 +91,7 @@ pub(super) fn fly_near(
                 let (start, per_m) = (t0.max(0.0), load * media.c_ext_m2(body.bin())[hero]);
                 // 1 - exp(-x) is below x: most bodies are done without a logarithm.
                 let t = if u < per_m * (t1 - start) { start - (-u).ln_1p() / per_m } else { f64::INFINITY };
-                (t < t1).then_some(t)
+                (t < t1.min(reach_m)).then_some(t)
             }
         }
     });
@@ -82,20 +100,18 @@ pub(super) fn fly_near(
         escape(ctx, ray, scratch);
         return false;
     };
-    let Scratch { crossings, .. } = scratch;
-    crossings.clear();
-    ctx.accel.all(ray, 0.0, hit.t_m.next_up(), |body, crossing| crossings.push((*body, crossing)));
+    gather(ctx, ray, hit.t_m.next_up(), scratch);
     let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
-    let disc = crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
+    let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
     let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
     land(ctx, ray, place, scratch);
     normalize(scratch)
 }
 
-/// The weight of a path that meets nothing more.
+/// The weight of a path that meets nothing more before `scratch.reach_m`.
 fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let Scratch { weight, density, total_depth, .. } = scratch;
-    let air = ctx.air_transmittance(ray, f64::INFINITY);
+    let Scratch { weight, density, total_depth, reach_m, .. } = scratch;
+    let air = ctx.air_transmittance(ray, *reach_m);
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
         weight[w] *= passed * air;
@@ -129,11 +145,5 @@ fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch
 
 /// Divides by the mean density; `false` where no hero could have drawn the path.
 pub(super) fn normalize(scratch: &mut Scratch) -> bool {
-    let mean = scratch.density.iter().sum::<f64>() / scratch.density.len() as f64;
-    if mean.is_nan() || mean <= 0.0 {
-        return false;
-    }
-    let Scratch { weight, density, .. } = scratch;
-    weight.iter_mut().chain(density).for_each(|value| *value /= mean);
-    true
+    balance(&mut scratch.weight, &mut scratch.density)
 }

@@ -1,9 +1,12 @@
 //! The light that falls on the scene, by rendered wavelength, and the way from wavelengths to channels.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::backdrop::Backdrop;
+use super::path::{around, turn_h};
 use crate::optics::phase_function::PhaseFunction;
 use crate::scene::model::{Scene, Sun};
 use crate::spectrum::{Light, SpectralSampling};
@@ -15,6 +18,27 @@ pub struct SunLight {
     pub direction: DVec3,
     /// Irradiance by wavelength, in the units in which radiance is rendered.
     pub irradiance: Vec<f64>,
+    /// 1 - cos of the disc's angular radius; 0 where the sun is a point.
+    pub disc_h: f64,
+}
+
+impl SunLight {
+    /// Whether it is a point.
+    #[inline]
+    pub fn is_point(&self) -> bool {
+        self.disc_h == 0.0
+    }
+
+    /// The direction to a point of its disc, even over its solid angle for two even numbers in [0, 1).
+    #[inline]
+    pub fn toward(&self, [height, turn]: [f64; 2]) -> DVec3 {
+        around(-self.direction, height * self.disc_h, turn)
+    }
+
+    /// Radiance of the disc over irradiance, theory (76): one over its solid angle, sr^-1; infinite for a point.
+    pub fn disc_per_sr(&self) -> f64 {
+        1.0 / (TAU * self.disc_h)
+    }
 }
 
 /// The air between the droplets.
@@ -40,13 +64,22 @@ impl Air {
     }
 }
 
+/// Whether suns have the size that they have in the sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Discs {
+    /// Each sun is a disc of its angular diameter.
+    Simulated,
+    /// They are points.
+    LeftOut,
+}
+
 /// Everything that shines, and how wavelengths become channels.
 #[derive(Clone, Debug)]
 pub struct Lighting {
     /// The suns.
     pub suns: Vec<SunLight>,
-    /// Radiance of the background by wavelength.
-    pub background: Vec<f64>,
+    /// What lies behind everything.
+    pub backdrop: Backdrop,
     /// Contribution of a unit of radiance at each wavelength to R, G, B.
     pub rgb_weights: Vec<[f64; 3]>,
     /// Share of each wavelength in R, G and B of white light; each sums to 1.
@@ -59,13 +92,19 @@ pub struct Lighting {
 
 impl Lighting {
     /// The light of a scene; `air_phase` holds one phase function per wavelength, or one for all.
-    pub fn new(scene: &Scene, sampling: &SpectralSampling, air_phase: Vec<Arc<PhaseFunction>>) -> Self {
+    pub fn new(
+        scene: &Scene,
+        sampling: &SpectralSampling,
+        backdrop: Backdrop,
+        discs: Discs,
+        air_phase: Vec<Arc<PhaseFunction>>,
+    ) -> Self {
         let rgb_weights = sampling.rgb_weights.clone();
         let n_wavelengths = sampling.wavelengths_m.len();
         let atmosphere = &scene.settings.atmosphere;
         Self {
-            suns: suns(scene, sampling),
-            background: sampling.background_spectrum(scene.settings.background.radiance),
+            suns: suns(scene, sampling, discs),
+            backdrop,
             channel_shares: [0, 1, 2].map(|channel| shares(&rgb_weights, channel)),
             luminance_weights: sampling.luminance_weights.clone(),
             rgb_weights,
@@ -76,6 +115,22 @@ impl Lighting {
                 step_m: atmosphere.step_m,
                 phase: (0..n_wavelengths).map(|w| air_phase[w.min(air_phase.len() - 1)].clone()).collect(),
             },
+        }
+    }
+
+    /// Fills `out` with the radiance by wavelength that is seen in a direction where nothing is in the way; without the
+    /// suns.
+    #[inline]
+    pub fn background_toward(&self, direction: DVec3, out: &mut [f64]) {
+        self.backdrop.toward(direction, out);
+    }
+
+    /// Adds the suns' discs that are seen in a direction.
+    pub fn add_suns_discs(&self, direction: DVec3, out: &mut [f64]) {
+        for sun in self.suns.iter().filter(|sun| !sun.is_point() && turn_h(direction, -sun.direction) <= sun.disc_h) {
+            for (radiance, irradiance) in out.iter_mut().zip(&sun.irradiance) {
+                *radiance += irradiance * sun.disc_per_sr();
+            }
         }
     }
 
@@ -104,12 +159,18 @@ fn shares(rgb_weights: &[[f64; 3]], channel: usize) -> Vec<f64> {
     rgb_weights.iter().map(|weights| weights[channel] / total).collect()
 }
 
-fn suns(scene: &Scene, sampling: &SpectralSampling) -> Vec<SunLight> {
+fn suns(scene: &Scene, sampling: &SpectralSampling, discs: Discs) -> Vec<SunLight> {
     let settings = &scene.settings.sun;
     let light =
         |sun: &Sun| Light { spectrum: sun.spectrum.unwrap_or(settings.spectrum), color: sun.color, lux: sun.lux };
     let lights: Vec<Light> = scene.suns.iter().map(light).collect();
     let irradiances = sampling.light_weights(&lights, settings.irradiance);
-    let with_direction = |(sun, irradiance): (&Sun, Vec<f64>)| SunLight { direction: sun.direction, irradiance };
+    let disc_h = |sun: &Sun| match discs {
+        Discs::LeftOut => 0.0,
+        // 1 - cos(a) of the angular radius a, without cancellation.
+        Discs::Simulated => 2.0 * (0.25 * scene.sun_diameter_deg(sun).to_radians()).sin().powi(2),
+    };
+    let with_direction =
+        |(sun, irradiance): (&Sun, Vec<f64>)| SunLight { direction: sun.direction, irradiance, disc_h: disc_h(sun) };
     scene.suns.iter().zip(irradiances).map(with_direction).collect()
 }

@@ -4,6 +4,7 @@
 //! step is noise and never a bias, and unlit or thick air without droplets has no noise at all.
 
 use super::lighting::Air;
+use super::path::turn_h;
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, Scratch};
 use crate::accel::LocalRay;
@@ -29,6 +30,7 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
         return;
     }
     let (enter_m, leave_m) = ctx.way_in_air(ray);
+    let leave_m = leave_m.min(scratch.reach_m);
     if leave_m <= enter_m {
         return;
     }
@@ -36,31 +38,39 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
     // The share of the light of a step's end that the step itself takes.
     let taken = -(-air.extinction_per_m * step_m).exp_m1();
     for step in 0..n_steps {
-        let u = random.uniform(Purpose::March, step);
+        let u = random.uniform(Purpose::March, scratch.leg.wrapping_mul(MOST_STEPS).wrapping_add(step));
         let start_m = f64::from(step) * step_m;
         let t_m = enter_m + start_m + (-(-u * taken).ln_1p() / air.extinction_per_m).min(step_m);
         let scattered = air.scattering_per_m / air.extinction_per_m * taken * air.transmittance(start_m);
-        add_sample(ctx, ray, t_m, scattered, scratch);
+        add_sample(ctx, ray, t_m, scattered, random, scratch);
     }
 }
 
 /// One sample of the march: what the suns send there, scattered to the camera, weakened on the way.
-fn add_sample(ctx: &RenderContext, ray: &LocalRay, t_m: f64, scattered: f64, scratch: &mut Scratch) {
+fn add_sample(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    t_m: f64,
+    scattered: f64,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) {
     let air = &ctx.lighting.air;
     let point = ray.origin + t_m * ray.direction;
-    let Scratch { path_depth, crossings, weight, .. } = scratch;
-    for (seen, depth) in weight.iter_mut().zip(path_depth.past(ctx.media, crossings, t_m)) {
-        *seen = scattered * (-depth).exp();
+    let Scratch { path_depth, crossings, weight, seen, .. } = scratch;
+    for ((weight, depth), seen) in weight.iter_mut().zip(path_depth.past(ctx.media, crossings, t_m)).zip(seen) {
+        *weight = *seen * scattered * (-depth).exp();
     }
     if weight.iter().all(|seen| *seen <= 0.0) {
         return;
     }
     for sun in &ctx.lighting.suns {
-        let h = 0.5 * (sun.direction + ray.direction).length_squared();
-        let sun_ray = LocalRay { origin: point, direction: -sun.direction };
-        scratch.light_sun(ctx, &sun_ray);
+        let to_sun = scratch.toward(sun, random);
+        let h = turn_h(ray.direction, to_sun);
+        scratch.light_sun(ctx, &LocalRay { origin: point, direction: to_sun });
+        let layer = scratch.layer(Layer::Airlight);
         let Scratch { layers, weight, sunlit, .. } = scratch;
-        for (w, radiance) in layers[Layer::Airlight as usize].iter_mut().enumerate() {
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
             *radiance += weight[w] * sunlit[w] * air.phase[w].eval(h) * sun.irradiance[w];
         }
     }

@@ -110,6 +110,14 @@ impl Media {
         self.row(&self.albedo, bin)
     }
 
+    /// Scattering efficiency of a droplet against its drawn size.
+    #[inline]
+    pub fn q_sca(&self, bin: usize, wavelength: usize) -> f64 {
+        let at = bin * self.n_wavelengths + wavelength;
+        let acts = -(-self.disc_depth[at]).exp_m1();
+        self.albedo[at] * acts * self.disc_scale[bin] * self.disc_scale[bin]
+    }
+
     /// Phase functions, by wavelength.
     #[inline]
     pub fn phase(&self, bin: usize) -> &[Arc<PhaseFunction>] {

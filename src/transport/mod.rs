@@ -1,11 +1,14 @@
 //! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
 
+mod backdrop;
+mod ball;
 mod camera;
 mod chain;
 mod collision;
 mod event;
 mod flight;
 mod forward;
+mod glass;
 mod lighting;
 mod march;
 mod media;
@@ -17,7 +20,10 @@ mod render;
 mod sample;
 mod transmittance;
 
-pub use lighting::Lighting;
+pub use backdrop::{Backdrop, BackdropError, LatLong};
+pub use ball::{Ball, Branch, Strike, SurfaceEvent, reflectance};
+pub use glass::Glass;
+pub use lighting::{Discs, Lighting, SunLight};
 pub use media::{Absorption, Media};
 pub use prepare::{Counts, PrepareError, Prepared, Stage};
 pub use render::{Progress, RayCounts, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};

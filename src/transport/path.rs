@@ -8,9 +8,10 @@
 use glam::DVec3;
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
-use super::flight::{fly, fly_near, force, is_crowded, normalize};
+use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
+use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch};
+use super::sample::{RenderContext, Scratch, add_ball_sunlight};
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
@@ -22,27 +23,22 @@ const LONG_PATH: u32 = 512;
 
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
-    let n = scratch.weight.len();
-    let hero = ((random.uniform(Purpose::Hero, 0) * n as f64) as usize).min(n - 1);
+    let hero = scratch.hero;
     scratch.begin_path();
     let mut ray = *camera_ray;
     let is_crowded = is_crowded(scratch);
     for order in 1..=ctx.max_order {
-        let u = random.uniform(Purpose::Collision, order);
         let collided = match order {
-            1 => force(ctx, &ray, hero, u, scratch),
-            _ if is_crowded => fly_near(ctx, &ray, hero, order, random, scratch),
-            _ => fly(ctx, &ray, hero, u, scratch),
+            1 => force(ctx, &ray, hero, random.uniform(Purpose::Collision, order), scratch),
+            _ => travel(ctx, &mut ray, order, is_crowded, random, scratch),
         };
         if !collided {
-            if order > 1 {
-                add_background(ctx, scratch);
-            }
             return;
         }
         let sun = pick_sun(ctx, order, random);
-        let sun_depth = add_sunlight(ctx, &ray, sun, if order == 1 { Layer::Direct } else { Layer::Multiple }, scratch);
-        if order == 1 {
+        let layer = if order == 1 { Layer::Direct } else { Layer::Multiple };
+        let sun_depth = add_sunlight(ctx, &ray, sun, layer, random, scratch);
+        if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }
         if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
@@ -58,6 +54,67 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
     }
 }
 
+/// From one collision to the next, past any glass on the way; `false` where there is none any more.
+fn travel(
+    ctx: &RenderContext,
+    ray: &mut LocalRay,
+    order: u32,
+    is_crowded: bool,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> bool {
+    let hero = scratch.hero;
+    let (mut u, mut flight, mut left) = (random.uniform(Purpose::Collision, order), order, None);
+    loop {
+        let ahead = scratch.look_ahead(ctx, ray, left);
+        if !ahead.is_some_and(|ahead| ahead.is_inside) {
+            let collided = match is_crowded {
+                true => fly_near(ctx, ray, hero, flight, random, scratch),
+                false => fly(ctx, ray, hero, u, scratch),
+            };
+            if collided {
+                return true;
+            }
+        }
+        let Some(ahead) = ahead else {
+            add_background(ctx, ray, scratch);
+            return false;
+        };
+        let Some(next) = pass_glass(ctx, &ahead, ray, random, scratch) else { return false };
+        (*ray, left) = (next, Some(ahead.id));
+        (u, flight) = (random.uniform(Purpose::Flight, scratch.surfaces), SURFACE_FLIGHTS | scratch.surfaces);
+    }
+}
+
+/// Past the ball ahead; on the way the path sees the sunlight that it scatters. For chains the path begins anew there: they
+/// do not pass glass.
+fn pass_glass(
+    ctx: &RenderContext,
+    ahead: &Ahead,
+    ray: &LocalRay,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> Option<LocalRay> {
+    if !ahead.is_inside {
+        let weight = std::mem::take(&mut scratch.weight);
+        add_ball_sunlight(ctx, ahead, ray, (Layer::Multiple, &weight), random, scratch);
+        scratch.weight = weight;
+    }
+    scratch.is_refracted = true;
+    scratch.small_turns.fill(1.0);
+    scratch.rarity = 0.0;
+    let Scratch { weight, density, surfaces, hero, .. } = scratch;
+    let mut carried = Carried { weight, density, hero: *hero, random, surfaces };
+    let next = ctx.glass?.pass(ahead, ray, Ways::All, &mut carried)?;
+    let survival = survival_of_length(scratch.surfaces, LONG_PATH);
+    if random.uniform(Purpose::Surface, scratch.surfaces) >= survival {
+        return None;
+    }
+    scratch.surfaces += 1;
+    scratch.weight.iter_mut().for_each(|weight| *weight /= survival);
+    Some(next)
+}
+
 /// Counts the first collision towards the mean distance of first ones.
 fn note_depth(scratch: &mut Scratch) {
     let Scratch { weight, event, depth_sum, depth_weight, .. } = scratch;
@@ -67,17 +124,24 @@ fn note_depth(scratch: &mut Scratch) {
 }
 
 /// The sunlight that the collision sends back along the path; returns the optical depth toward the sun of the given number.
-fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, sun: usize, layer: Layer, scratch: &mut Scratch) -> f64 {
-    let mut sun_depth = 0.0;
+fn add_sunlight(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    sun: usize,
+    layer: Layer,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) -> f64 {
+    let (mut sun_depth, layer) = (0.0, scratch.layer(layer));
     if scratch.weight.iter().all(|weight| *weight <= 0.0) {
         return sun_depth;
     }
     for (i, light) in ctx.lighting.suns.iter().enumerate() {
-        let sun_ray = LocalRay { origin: scratch.event.point, direction: -light.direction };
-        scratch.light_sun(ctx, &sun_ray);
-        scratch.look(ctx, turn_h(ray.direction, -light.direction), 0.0);
+        let to_sun = scratch.toward(light, random);
+        scratch.light_sun(ctx, &LocalRay { origin: scratch.event.point, direction: to_sun });
+        scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0);
         let Scratch { weight, sunlit, looked, layers, .. } = scratch;
-        for (w, radiance) in layers[layer as usize].iter_mut().enumerate() {
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
             *radiance += weight[w] * looked[w] * sunlit[w] * light.irradiance[w];
         }
         if i == sun {
@@ -90,11 +154,13 @@ fn add_sunlight(ctx: &RenderContext, ray: &LocalRay, sun: usize, layer: Layer, s
 }
 
 /// The background that an escaping path sees.
-fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
+fn add_background(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     if ctx.switches.background {
-        let Scratch { weight, layers, .. } = scratch;
-        for (w, radiance) in layers[Layer::Background as usize].iter_mut().enumerate() {
-            *radiance += weight[w] * ctx.lighting.background[w];
+        let layer = scratch.layer(Layer::Background);
+        let Scratch { weight, behind, layers, .. } = scratch;
+        ctx.lighting.background_toward(ray.direction, behind);
+        for (w, radiance) in layers[layer].iter_mut().enumerate() {
+            *radiance += weight[w] * behind[w];
         }
     }
 }
@@ -104,15 +170,15 @@ fn add_background(ctx: &RenderContext, scratch: &mut Scratch) {
 /// In fog without end or absorption as many as n^(-1/2) of all paths reach order n, so that their mean length has no
 /// bound. Surviving from n - 1 to n with sqrt(1 - 1/n) leaves 1/n of them, whose weights grow as n^(1/2): the mean length and
 /// the variance then both grow with ln n alone.
-fn survival_of_length(order: u32) -> f64 {
-    if order <= LONG_PATH { 1.0 } else { (1.0 - 1.0 / f64::from(order)).sqrt() }
+pub(super) fn survival_of_length(order: u32, long: u32) -> f64 {
+    if order <= long { 1.0 } else { (1.0 - 1.0 / f64::from(order)).sqrt() }
 }
 
 /// Keeps a path of small weight with a probability in proportion, heavier by as much; very long ones die out.
 fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
     let Scratch { weight, event, .. } = scratch;
     let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
-    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order);
+    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order, LONG_PATH);
     if u >= survival {
         return false;
     }
@@ -148,8 +214,8 @@ fn turn(
 impl Scratch {
     /// A path that has not collided yet.
     fn begin_path(&mut self) {
-        self.weight.fill(1.0);
-        self.density.fill(1.0);
+        self.weight.copy_from_slice(&self.seen);
+        self.density.copy_from_slice(&self.seen_density);
         self.small_turns.fill(1.0);
         self.rarity = 0.0;
     }

@@ -8,6 +8,7 @@ use super::media::Media;
 use crate::accel::{BodyKind, Placed, PlacedBox};
 use crate::optics::bins::{BinPlan, DropletSize};
 use crate::scene::model::{FogBox, FogDensity, Particle, ParticleKind, Scene};
+use crate::scene::resolved::Resolution;
 
 /// The size bins of everything in the scene.
 pub(super) fn bin_plan(scene: &Scene) -> BinPlan {
@@ -26,9 +27,34 @@ fn fog_size(fog: &FogBox) -> DropletSize {
     DropletSize { class: fog.class, radius_m: fog.droplet_radius_m.unwrap_or(0.0) as f32, count: 1.0 }
 }
 
-/// Bodies of droplets and parcels. `scene.fill_fog` must have been called.
-pub(super) fn place_particles(particles: Vec<Particle>, bins: &BinPlan, media: &Media) -> Vec<Placed> {
-    particles.into_par_iter().map(|particle| place_particle(&particle, bins, media)).collect()
+/// Bodies of droplets and parcels; those that `resolution` resolves are glass. `scene.fill_fog` must have been called.
+pub(super) fn place_particles(
+    particles: Vec<Particle>,
+    bins: &BinPlan,
+    media: &Media,
+    resolution: Option<&Resolution>,
+) -> Vec<Placed> {
+    let place = |particle: Particle| {
+        let is_glass = resolution.is_some_and(|resolution| resolution.is_resolved(&particle));
+        let placed = place_particle(&particle, bins, media);
+        if is_glass { Placed { kind: BodyKind::Glass, ..placed } } else { placed }
+    };
+    particles.into_par_iter().map(place).collect()
+}
+
+/// Balls of the droplets that are resolved. Their load is the ratio of own to drawn radius.
+pub(super) fn place_balls(particles: &[Particle], bins: &BinPlan, resolution: &Resolution) -> Vec<Placed> {
+    let ball = |particle: &Particle| {
+        let size = droplet_size(particle);
+        Placed {
+            center_m: particle.center_m,
+            radius_m: particle.radius_m,
+            load: size.radius_m / particle.radius_m,
+            bin: bins.bin_of(size.class, size.radius_m),
+            kind: BodyKind::Ball,
+        }
+    };
+    particles.par_iter().filter(|particle| resolution.is_resolved(particle)).map(ball).collect()
 }
 
 fn place_particle(particle: &Particle, bins: &BinPlan, media: &Media) -> Placed {
@@ -61,6 +87,8 @@ pub(super) fn bin_areas(media: &Media, placed: &[Placed], fog_boxes: &[PlacedBox
     for body in placed {
         let (bin, radius_m, load) = (body.bin as usize, f64::from(body.radius_m), f64::from(body.load));
         areas_m2[bin] += match body.kind {
+            // No path collides with glass.
+            BodyKind::Glass => 0.0,
             BodyKind::Droplet => -PI * radius_m * radius_m * (-load * media.disc_depth(bin)[middle]).exp_m1(),
             BodyKind::Ball | BodyKind::Box => 4.0 / 3.0 * PI * radius_m.powi(3) * load * media.c_ext_m2(bin)[middle],
         };

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::backdrop::{Backdrop, BackdropError, LatLong};
 use super::forward::ForwardLobes;
-use super::lighting::{Air, Lighting};
+use super::glass::Glass;
+use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
-use super::place::{bin_areas, bin_plan, place_boxes, place_particles};
+use super::place::{bin_areas, bin_plan, place_balls, place_boxes, place_particles};
 use super::sample::RenderContext;
 use crate::accel::Accel;
 use crate::optics::DropletClass;
@@ -23,6 +25,7 @@ use crate::optics::tables::{OpticalTables, OpticsError, TableSettings};
 use crate::plan::{EffectPlan, Switches};
 use crate::scene::fog::PerDroplet;
 use crate::scene::model::{Camera, ParticleKind, Scene};
+use crate::scene::resolved::Resolution;
 use crate::scene::settings::{Accuracy, AirPhase, Effect};
 use crate::spectrum::SpectralSampling;
 use crate::warning::Warning;
@@ -48,9 +51,9 @@ pub enum PrepareError {
     /// The optical tables could not be made.
     #[error(transparent)]
     Optics(#[from] OpticsError),
-    /// Something that this version cannot render was asked for.
-    #[error("{0} is not in this version yet: {1}")]
-    NotYet(&'static str, &'static str),
+    /// The picture behind everything cannot be used.
+    #[error(transparent)]
+    Backdrop(#[from] BackdropError),
 }
 
 /// How much there is of everything.
@@ -64,6 +67,8 @@ pub struct Counts {
     pub parcels: usize,
     /// Fog boxes.
     pub fog_boxes: usize,
+    /// Droplets that are glass, coincident ones counted once.
+    pub glass_balls: usize,
     /// Size bins.
     pub size_bins: usize,
     /// Bytes of phase functions and cross sections.
@@ -76,6 +81,8 @@ pub struct Prepared {
     pub accel: Accel,
     /// What it does to light.
     pub media: Media,
+    /// Droplets that can be seen, where they are glass.
+    pub glass: Option<Glass>,
     /// The light.
     pub lighting: Lighting,
     /// The camera.
@@ -105,9 +112,7 @@ impl Prepared {
         cache: Option<&Path>,
         enter: &mut dyn FnMut(Stage),
     ) -> Result<Self, PrepareError> {
-        if scene.settings.background.image.is_some() && plan.is_on(Effect::Background) {
-            return Err(PrepareError::NotYet("background.image", "use background.radiance or --effects -background"));
-        }
+        let (backdrop, backdrop_warnings) = backdrop(&scene, plan, sampling)?;
         enter(Stage::Tables);
         let wavelengths_m = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
@@ -115,20 +120,27 @@ impl Prepared {
         let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
         let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
         let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
-        let lighting = Lighting::new(&scene, sampling, air_phases(&scene, &wavelengths_m, cache)?);
+        let discs = if plan.is_on(Effect::SunDisc) { Discs::Simulated } else { Discs::LeftOut };
+        let lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, &wavelengths_m, cache)?);
         let has_air = lighting.air.extinction_per_m > 0.0;
 
         enter(Stage::Bvh);
-        let counts = counts(&scene, &tables);
+        let mut counts = counts(&scene, &tables);
         let fog_boxes = place_boxes(&scene.fog_boxes, &bins);
-        let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media);
+        let resolution = plan.is_on(Effect::Refraction).then(|| Resolution::of(&scene));
+        let balls = resolution.as_ref().map_or(Vec::new(), |r| place_balls(&scene.particles, &bins, r));
+        let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
         let lobes = forward_lobes(&media, &bin_areas(&media, &placed, &fog_boxes));
         let accel = Accel::build(placed, &fog_boxes);
-        let warnings = [tables.warnings, march_warning(&lighting.air).into_iter().collect()].concat();
+        let glass = Glass::new(&accel, balls, &bins, &scene.classes, &tables, absorption).map_err(OpticsError::from)?;
+        let warnings =
+            [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
+        counts.glass_balls = glass.as_ref().map_or(0, Glass::len);
         enter(Stage::Ready);
         Ok(Self {
             accel,
             media,
+            glass,
             lighting,
             camera: scene.camera,
             switches: plan.switches(has_air),
@@ -150,6 +162,7 @@ impl Prepared {
         RenderContext {
             accel: &self.accel,
             media: &self.media,
+            glass: self.glass.as_ref(),
             lobes: self.lobes.as_ref(),
             lighting: &self.lighting,
             camera: &self.camera,
@@ -158,6 +171,21 @@ impl Prepared {
             max_order: if self.switches.multiple { self.max_order } else { 1 },
         }
     }
+}
+
+/// What lies behind everything, read only where it is shown.
+fn backdrop(
+    scene: &Scene,
+    plan: &EffectPlan,
+    sampling: &SpectralSampling,
+) -> Result<(Backdrop, Vec<Warning>), BackdropError> {
+    let background = &scene.settings.background;
+    let path = background.image.as_ref().filter(|_| plan.is_on(Effect::Background));
+    let (image, warnings) = match path.map(|path| LatLong::read(path)).transpose()? {
+        Some((image, warnings)) => (Some(image), warnings),
+        None => (None, Vec::new()),
+    };
+    Ok((Backdrop::new(sampling, background.radiance, image), warnings))
 }
 
 /// Said where the air's march takes longer steps than were asked for.
@@ -254,6 +282,7 @@ fn counts(scene: &Scene, tables: &OpticalTables) -> Counts {
         droplets,
         parcels: scene.particles.len() - droplets,
         fog_boxes: scene.fog_boxes.len(),
+        glass_balls: 0,
         size_bins: tables.bins.len(),
         table_bytes: tables.bytes(),
     }

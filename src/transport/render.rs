@@ -11,6 +11,8 @@ pub struct RayCounts {
     pub camera: u64,
     /// Rays from one collision to the next.
     pub scatter: u64,
+    /// Camera rays that go on behind glass.
+    pub refracted: u64,
     /// Rays toward a sun.
     pub shadow: u64,
     /// Sums over all droplets at a point of the air.
@@ -20,12 +22,13 @@ pub struct RayCounts {
 impl RayCounts {
     /// All rays together.
     pub fn total(&self) -> u64 {
-        self.camera + self.scatter + self.shadow
+        self.camera + self.scatter + self.refracted + self.shadow
     }
 
     fn add(&mut self, other: &RayCounts) {
         self.camera += other.camera;
         self.scatter += other.scatter;
+        self.refracted += other.refracted;
         self.shadow += other.shadow;
         self.glow_queries += other.glow_queries;
     }

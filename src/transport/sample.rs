@@ -6,10 +6,11 @@ use super::collision::Finder;
 use super::event::{Event, Turn};
 use super::flight::meet;
 use super::forward::ForwardLobes;
-use super::lighting::Lighting;
+use super::glass::{Ahead, Carried, Glass, Ways};
+use super::lighting::{Lighting, SunLight};
 use super::march::add_airlight;
 use super::media::Media;
-use super::path::add_path;
+use super::path::{add_path, survival_of_length, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
 use super::transmittance::OpticalDepth;
@@ -26,6 +27,8 @@ pub struct RenderContext<'a> {
     pub accel: &'a Accel,
     /// What it does to light.
     pub media: &'a Media,
+    /// Droplets that can be seen, where they are glass.
+    pub glass: Option<&'a Glass>,
     /// The forward lobe that the droplets have in common, where they have one.
     pub(super) lobes: Option<&'a ForwardLobes>,
     /// The light.
@@ -69,6 +72,26 @@ fn way_in_ball(ray: &LocalRay, center: DVec3, radius_m: f64) -> (f64, f64) {
 
 /// Buffers of one thread, reused from path to path.
 pub(super) struct Scratch {
+    /// What reaches the camera from where its ray has come to, by wavelength; 1 until it meets glass.
+    pub seen: Vec<f64>,
+    /// The heroes' densities of the camera ray's way, over their mean.
+    pub seen_density: Vec<f64>,
+    /// The wavelength that draws everything.
+    pub hero: usize,
+    /// Balls that the camera ray has met.
+    pub leg: u32,
+    /// Transmittance of the camera ray's leg.
+    pub passed: Vec<f64>,
+    /// Radiance behind everything.
+    pub behind: Vec<f64>,
+    /// Whether what is followed has met glass.
+    pub is_refracted: bool,
+    /// Where the ray that was followed last ends: at glass, or nowhere.
+    pub reach_m: f64,
+    /// Surfaces of glass met so far.
+    pub surfaces: u32,
+    /// Points drawn on suns so far.
+    pub sun_draws: u32,
     /// Weight of the path, by wavelength.
     pub weight: Vec<f64>,
     /// Density with which each wavelength would have drawn the path, over their mean.
@@ -107,6 +130,16 @@ impl Scratch {
         let n_wavelengths = media.n_wavelengths();
         let zeros = || vec![0.0; n_wavelengths];
         Self {
+            seen: zeros(),
+            seen_density: zeros(),
+            hero: 0,
+            leg: 0,
+            passed: zeros(),
+            behind: zeros(),
+            is_refracted: false,
+            reach_m: f64::INFINITY,
+            surfaces: 0,
+            sun_draws: 0,
             weight: zeros(),
             density: zeros(),
             turned: Turn::new(n_wavelengths),
@@ -142,6 +175,30 @@ impl Scratch {
         }
     }
 
+    /// The ball ahead of a ray that has just left another one, and with it `reach_m`.
+    pub fn look_ahead(&mut self, ctx: &RenderContext, ray: &LocalRay, left: Option<u32>) -> Option<Ahead> {
+        let ahead = ctx.glass.and_then(|glass| glass.ahead(ray, left));
+        self.reach_m = ahead.map_or(f64::INFINITY, |ahead| ahead.t_m);
+        ahead
+    }
+
+    /// The layer of what is followed: all that has met glass is `refraction`.
+    #[inline]
+    pub fn layer(&self, layer: Layer) -> usize {
+        if self.is_refracted { Layer::Refraction as usize } else { layer as usize }
+    }
+
+    /// A direction to a sun, somewhere on its disc.
+    #[inline]
+    pub fn toward(&mut self, sun: &SunLight, random: &PathRandom) -> DVec3 {
+        if sun.is_point() {
+            return -sun.direction;
+        }
+        self.sun_draws += 1;
+        let u = [Purpose::SunHeight, Purpose::SunTurn].map(|purpose| random.uniform(purpose, self.sun_draws));
+        sun.toward(u)
+    }
+
     fn sum_spectrum(&mut self) {
         for (w, sum) in self.spectrum.iter_mut().enumerate() {
             *sum = self.layers.iter().map(|layer| layer[w]).sum();
@@ -152,6 +209,9 @@ impl Scratch {
         self.layers.iter_mut().for_each(|layer| layer.fill(0.0));
         self.crossings.clear();
         (self.depth_sum, self.depth_weight) = (0.0, 0.0);
+        (self.leg, self.surfaces, self.sun_draws) = (0, 0, 0);
+        self.seen.fill(1.0);
+        self.seen_density.fill(1.0);
     }
 }
 
@@ -163,21 +223,14 @@ pub(super) fn take_sample(
     scratch: &mut Scratch,
 ) -> Sample {
     scratch.clear();
+    scratch.hero = random.hero(scratch.seen.len());
     let x = f64::from(column) + random.uniform(Purpose::PixelX, 0);
     let y = f64::from(row) + random.uniform(Purpose::PixelY, 0);
     let camera_ray = camera_ray(ctx.camera, ctx.resolution, x, y);
     let ray = ctx.accel.local_ray(camera_ray.origin_m, camera_ray.direction);
     scratch.rays.camera += 1;
-    // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
-    meet(ctx, &ray, scratch);
     let mut sample = Sample::default();
-    see_through(ctx, &ray, scratch, &mut sample);
-    if ctx.switches.airlight {
-        add_airlight(ctx, &ray, random, scratch);
-    }
-    if ctx.switches.direct && !scratch.crossings.is_empty() {
-        add_path(ctx, &ray, random, scratch);
-    }
+    follow(ctx, &ray, random, scratch, &mut sample);
     scratch.sum_spectrum();
     for (channels, radiance) in sample.layers.iter_mut().zip(&scratch.layers) {
         *channels = ctx.lighting.rgb(radiance);
@@ -186,20 +239,167 @@ pub(super) fn take_sample(
     sample
 }
 
-/// The background and the opacity, exact along the camera ray.
-fn see_through(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch, sample: &mut Sample) {
-    let lighting = ctx.lighting;
-    let Scratch { total_depth, sunlit: passed, layers, .. } = scratch;
-    let air = ctx.air_transmittance(ray, f64::INFINITY);
+/// Camera rays that have met more balls than this are thinned out: in a cloud of glass without end their mean number would
+/// have no bound.
+const LONG_WAY: u32 = 64;
+
+/// Of camera rays that keep less than this of their light, a part stands for all.
+const LITTLE: f64 = 1e-3;
+
+/// Follows a camera ray from ball to ball, and adds what comes along each leg of its way. At the first ball it divides:
+/// nearly all light goes in and out at once, which is followed without a choice; one of the other ways stands for the rest.
+fn follow(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch, sample: &mut Sample) {
+    let Some(ahead) = add_leg(ctx, ray, None, random, scratch, sample) else { return };
+    if ahead.is_inside {
+        follow_on(ctx, ray, &ahead, Ways::All, random, scratch, sample);
+        return;
+    }
+    let (seen, density) = (scratch.seen.clone(), scratch.seen_density.clone());
+    follow_on(ctx, ray, &ahead, Ways::Straight, random, scratch, sample);
+    scratch.leg = 0;
+    scratch.seen.copy_from_slice(&seen);
+    scratch.seen_density.copy_from_slice(&density);
+    follow_on(ctx, ray, &ahead, Ways::Others, random, scratch, sample);
+}
+
+/// Follows a ray past the ball ahead, and past all others behind it.
+fn follow_on(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    ahead: &Ahead,
+    mut ways: Ways,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+    sample: &mut Sample,
+) {
+    let (mut ray, mut ahead) = (*ray, *ahead);
+    let Some(glass) = ctx.glass else { return };
+    loop {
+        let Scratch { seen, seen_density, surfaces, hero, .. } = scratch;
+        let mut carried = Carried { weight: seen, density: seen_density, hero: *hero, random, surfaces };
+        let Some(next) = glass.pass(&ahead, &ray, ways, &mut carried) else { return };
+        scratch.leg += 1;
+        if !goes_on(random, scratch) {
+            return;
+        }
+        scratch.rays.refracted += 1;
+        let Some(further) = add_leg(ctx, &next, Some(ahead.id), random, scratch, sample) else { return };
+        (ray, ahead, ways) = (next, further, Ways::All);
+    }
+}
+
+/// Whether a camera ray is followed further: of what weighs little, or has come a long way, a part stands for all.
+fn goes_on(random: &PathRandom, scratch: &mut Scratch) -> bool {
+    let largest = scratch.seen.iter().copied().fold(0.0, f64::max);
+    let survival = (largest / LITTLE).min(1.0) * survival_of_length(scratch.leg, LONG_WAY);
+    if random.uniform(Purpose::Leg, scratch.surfaces) >= survival {
+        return false;
+    }
+    scratch.seen.iter_mut().for_each(|seen| *seen /= survival);
+    true
+}
+
+/// Adds what comes along one leg, from its start to the ball ahead, which is returned, or to the end of the world; `left` is
+/// a ball that the ray has just left.
+fn add_leg(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    left: Option<u32>,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+    sample: &mut Sample,
+) -> Option<Ahead> {
+    scratch.is_refracted = scratch.leg > 0;
+    let ahead = scratch.look_ahead(ctx, ray, left);
+    if ahead.is_some_and(|ahead| ahead.is_inside) {
+        if scratch.leg == 0 {
+            sample.opacity = 1.0;
+        }
+        return ahead;
+    }
+    // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
+    meet(ctx, ray, scratch);
+    let air = ctx.air_transmittance(ray, scratch.reach_m);
+    let Scratch { total_depth, passed, .. } = scratch;
     for (passed, depth) in passed.iter_mut().zip(total_depth) {
         *passed = (-*depth).exp() * air;
     }
-    if ctx.switches.background {
-        for (w, radiance) in layers[Layer::Background as usize].iter_mut().enumerate() {
-            *radiance = passed[w] * lighting.background[w];
+    if scratch.leg == 0 {
+        note_opacity(ctx.lighting, ahead.as_ref(), scratch, sample);
+    }
+    if ctx.switches.airlight {
+        add_airlight(ctx, ray, random, scratch);
+    }
+    if ctx.switches.direct && !scratch.crossings.is_empty() {
+        add_path(ctx, ray, random, scratch);
+    }
+    scratch.is_refracted = scratch.leg > 0;
+    let Scratch { seen, passed, .. } = scratch;
+    seen.iter_mut().zip(passed).for_each(|(seen, passed)| *seen *= *passed);
+    match &ahead {
+        Some(ahead) => {
+            let seen = std::mem::take(&mut scratch.seen);
+            add_ball_sunlight(ctx, ahead, ray, (Layer::Direct, &seen), random, scratch);
+            scratch.seen = seen;
         }
+        None => add_behind(ctx, ray, scratch),
+    }
+    ahead
+}
+
+/// What lies behind everything: the background, and the suns' discs where no glass has turned the ray.
+fn add_behind(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+    let layer = scratch.layer(Layer::Background);
+    let Scratch { seen, behind, layers, is_refracted, .. } = scratch;
+    match ctx.switches.background {
+        true => ctx.lighting.background_toward(ray.direction, behind),
+        false => behind.fill(0.0),
+    }
+    if !*is_refracted {
+        ctx.lighting.add_suns_discs(ray.direction, behind);
+    }
+    for (w, radiance) in layers[layer].iter_mut().enumerate() {
+        *radiance += seen[w] * behind[w];
+    }
+}
+
+/// Opacity and transmittance, exact along the camera ray; nothing passes glass straight on, which is also an event.
+fn note_opacity(lighting: &Lighting, ahead: Option<&Ahead>, scratch: &mut Scratch, sample: &mut Sample) {
+    let Scratch { passed, depth_sum, depth_weight, .. } = scratch;
+    if let Some(ahead) = ahead {
+        let mean = passed.iter().sum::<f64>() / passed.len() as f64;
+        *depth_sum += mean * ahead.t_m;
+        *depth_weight += mean;
+        sample.opacity = 1.0;
+        return;
     }
     sample.transmittance = [0, 1, 2].map(|channel| lighting.channel_mean(channel, passed));
     let luminance: f64 = lighting.luminance_weights.iter().zip(passed).map(|(weight, passed)| weight * *passed).sum();
     sample.opacity = 1.0 - luminance;
+}
+
+/// The sunlight that a ball scatters back along a ray, theory (74): the mean over its disc.
+pub(super) fn add_ball_sunlight(
+    ctx: &RenderContext,
+    ahead: &Ahead,
+    ray: &LocalRay,
+    (layer, weight): (Layer, &[f64]),
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) {
+    if !ctx.switches.direct || weight.iter().all(|weight| *weight <= 0.0) {
+        return;
+    }
+    let layer = scratch.layer(layer);
+    let phase = ctx.media.phase(ahead.bin);
+    for sun in &ctx.lighting.suns {
+        let to_sun = scratch.toward(sun, random);
+        scratch.light_sun(ctx, &LocalRay { origin: ahead.ball.center, direction: to_sun });
+        let h = turn_h(ray.direction, to_sun);
+        let Scratch { sunlit, layers, .. } = scratch;
+        for (w, radiance) in layers[layer].iter_mut().enumerate().filter(|(w, _)| weight[*w] > 0.0) {
+            let scattered = ctx.media.q_sca(ahead.bin, w) * phase[w].eval(h);
+            *radiance += weight[w] * scattered * sunlit[w] * sun.irradiance[w];
+        }
+    }
 }

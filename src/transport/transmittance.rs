@@ -48,7 +48,7 @@ impl OpticalDepth {
         accel.all_until(ray, 0.0, to, |body, crossing| {
             let added = self.add(body, crossing, to);
             let (disc, fog) = media.least_depth(body.bin());
-            least_depth += added * if body.kind() == BodyKind::Droplet { disc } else { fog };
+            least_depth += added * if body.is_disc() { disc } else { fog };
             if least_depth > OPAQUE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         self.finish(media)
@@ -72,7 +72,7 @@ impl OpticalDepth {
         }
         let load = f64::from(body.load);
         match body.kind() {
-            BodyKind::Droplet => {
+            BodyKind::Droplet | BodyKind::Glass => {
                 self.column.discs += load;
                 load
             }

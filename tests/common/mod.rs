@@ -15,11 +15,13 @@ use mie_cloud::transport::{Prepared, RenderOutcome, RenderRequest, SilentProgres
 
 /// A scene of one class of 5 um water droplets at 550 nm, with a sun along -z and nothing in it.
 pub fn empty_scene() -> Scene {
-    let settings = Settings {
+    let mut settings = Settings {
         spectral_mode: Some(SpectralMode::Mono { wavelength_m: 550e-9 }),
         image: ImageSettings { resolution: [8, 8] },
         ..Settings::default()
     };
+    // References are for suns that are points.
+    settings.sun.angular_diameter_deg = 0.0;
     Scene {
         name: "test".into(),
         particles: Vec::new(),
