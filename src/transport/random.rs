@@ -49,9 +49,10 @@ pub(super) enum Purpose {
 }
 
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-fn mix(mut z: u64) -> u64 {
+#[inline]
+pub(super) fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
@@ -73,7 +74,7 @@ fn dimension(purpose: Purpose, index: u32) -> Option<u32> {
         (Purpose::Hero, 0) => (0, 3),
         (Purpose::Angle, 1..) => (index, 0),
         (Purpose::Azimuth, 1..) => (index, 1),
-        (Purpose::Lobe, 1..) => (index, 3),
+        (Purpose::ChainChance, 1..) => (index, 3),
         _ => return None,
     };
     (set <= SOBOL_COLLISIONS).then_some(4 * set + lane)
@@ -81,6 +82,7 @@ fn dimension(purpose: Purpose, index: u32) -> Option<u32> {
 
 impl PathRandom {
     /// The numbers of one sample of one pixel.
+    #[inline]
     pub fn new(seed: u64, pixel: u64, sample: u32) -> Self {
         let key = mix(seed.wrapping_add(GOLDEN));
         let key = mix(key ^ pixel.wrapping_mul(GOLDEN));
@@ -89,7 +91,7 @@ impl PathRandom {
         let block_key = mix(key ^ (1 << 32 | u64::from(block)).wrapping_mul(GOLDEN));
         Self {
             key: mix(key ^ u64::from(sample).wrapping_add(1).wrapping_mul(GOLDEN)),
-            point: SobolPoint::new((block_key >> 32) as u32, sample - block),
+            point: SobolPoint::new(block_key, sample - block),
         }
     }
 
@@ -169,7 +171,7 @@ mod tests {
     fn the_samples_of_a_block_are_stratified() {
         let mut asked = vec![(Purpose::PixelX, 0), (Purpose::PixelY, 0), (Purpose::Hero, 0)];
         for k in 1..=SOBOL_COLLISIONS {
-            asked.extend([Purpose::Collision, Purpose::Angle, Purpose::Azimuth, Purpose::Lobe].map(|p| (p, k)));
+            asked.extend([Purpose::Collision, Purpose::Angle, Purpose::Azimuth, Purpose::ChainChance].map(|p| (p, k)));
         }
         let block = block_of(100);
         assert_eq!(block, 96..112);
@@ -209,5 +211,5 @@ mod tests {
     }
 
     /// From an independent implementation in Python: pictures of a seed must not change by accident.
-    const FROZEN: [f64; 2] = [0.2833411951726047, 0.03412754645239102];
+    const FROZEN: [f64; 2] = [0.2833411951726047, 0.43596923166341384];
 }

@@ -5,7 +5,9 @@
 
 use std::cell::Cell;
 
-use sobol_burley::parts::{Int4, hash_int4, owen_scramble_int4_rev, sobol_int4_rev};
+use sobol_burley::parts::{owen_scramble_rev, sobol_int4_rev};
+
+use super::random::{GOLDEN, mix};
 
 /// Dimensions that are computed at once.
 const SET: u32 = 4;
@@ -13,14 +15,14 @@ const SET: u32 = 4;
 /// Four dimensions of one point; they are asked for one after the other, so the last ones are kept.
 #[derive(Clone, Debug)]
 pub(super) struct SobolPoint {
-    scramble: u32,
+    scramble: u64,
     index_rev: u32,
     latest: Cell<(u32, [u32; 4])>,
 }
 
 impl SobolPoint {
     /// A point of the sequence that `scramble` picks out of all that there are.
-    pub fn new(scramble: u32, index: u32) -> Self {
+    pub fn new(scramble: u64, index: u32) -> Self {
         Self { scramble, index_rev: index.reverse_bits(), latest: Cell::new((u32::MAX, [0; 4])) }
     }
 
@@ -39,11 +41,12 @@ impl SobolPoint {
 
     #[inline]
     fn set(&self, set: u32) -> [u32; 4] {
-        // Four unrelated constants (digits of pi) and a step between sets (2^32 over the golden ratio).
-        let lanes: Int4 = [0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344].into();
-        let own: Int4 = [self.scramble.wrapping_add(set.wrapping_mul(0x9e37_79b9)); 4].into();
-        let points = sobol_int4_rev(self.index_rev, set);
-        owen_scramble_int4_rev(points, hash_int4(own ^ lanes)).reverse_bits().into()
+        let points: [u32; 4] = sobol_int4_rev(self.index_rev, set).into();
+        let low = mix(self.scramble.wrapping_add(u64::from(set).wrapping_mul(GOLDEN)));
+        let high = mix(low);
+        // Plain multiplications are faster than those of four lanes where SSE2 is all there is.
+        let scrambled = |lane: usize, by: u64| owen_scramble_rev(points[lane], by as u32).reverse_bits();
+        [scrambled(0, low), scrambled(1, low >> 32), scrambled(2, high), scrambled(3, high >> 32)]
     }
 }
 
@@ -76,8 +79,7 @@ mod tests {
         let n = 20_000u32;
         let unit = |bits: u32| (f64::from(bits) + 0.5) / 4_294_967_296.0 - 0.5;
         for index in [0, 5] {
-            let points: Vec<SobolPoint> =
-                (0..n).map(|i| SobolPoint::new(i.wrapping_mul(0x9e37_79b9) ^ 0x55, index)).collect();
+            let points: Vec<SobolPoint> = (0..n).map(|i| SobolPoint::new(u64::from(i), index)).collect();
             for (a, b) in [(0, 1), (3, 4), (2, 18), (0, 4)] {
                 let mean: f64 = points.iter().map(|p| unit(p.coordinate(a))).sum::<f64>() / f64::from(n);
                 let product: f64 =
