@@ -47,6 +47,25 @@ pub(super) enum Purpose {
 /// Makes a number in [0, 1) of 53 bits.
 const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
 
+/// What a number is drawn for in glow.
+#[derive(Clone, Copy, Debug)]
+#[repr(u64)]
+pub(super) enum GlowDraw {
+    /// Which steps of the march look how far; one per path.
+    Phase,
+    /// Which part of the sum is shadowed; one per step.
+    Pick,
+    /// Which droplet of a cluster stands for it; one per step.
+    Member,
+    /// Where on the suns' discs; two per sun and step.
+    Disc,
+}
+
+/// Streams of glow lie beyond those of free flight: no path has 2^31 collisions.
+const GLOW: u64 = 1 << 31;
+const GLOW_BODY: u64 = GLOW + (1 << 20);
+const GLOW_NEAR: u64 = GLOW + (1 << 30);
+
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -54,6 +73,15 @@ fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
+}
+
+/// A number in [0, 1) from two counters, the same in every picture: for what is prepared before any path.
+pub(super) fn hash_uniform(stream: u64, index: u64) -> f64 {
+    unit(mix(mix(stream.wrapping_add(GOLDEN)) ^ index.wrapping_mul(GOLDEN)))
+}
+
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * UNIT
 }
 
 impl PathRandom {
@@ -85,10 +113,27 @@ impl PathRandom {
         self.hash(Purpose::Body as u64 + u64::from(collision), u64::from(body_id))
     }
 
+    /// A number in [0, 1) for glow: one of several per draw.
+    #[inline]
+    pub fn glow(&self, draw: GlowDraw, index: u32) -> f64 {
+        self.hash(GLOW + draw as u64, u64::from(index))
+    }
+
+    /// A number in [0, 1) for one body as it is seen from one step of the march: four per body.
+    #[inline]
+    pub fn glow_body(&self, step: u32, draw: u32, body_id: u32) -> f64 {
+        self.hash(GLOW_BODY + 4 * u64::from(step % (1 << 20)) + u64::from(draw), u64::from(body_id))
+    }
+
+    /// A number in [0, 1) for one part of the ray past a body that is close to it.
+    #[inline]
+    pub fn glow_near(&self, part: u32, body_id: u32) -> f64 {
+        self.hash(GLOW_NEAR + u64::from(part), u64::from(body_id))
+    }
+
     #[inline]
     fn hash(&self, stream: u64, index: u64) -> f64 {
-        let bits = mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN));
-        (bits >> 11) as f64 * UNIT
+        unit(mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN)))
     }
 }
 

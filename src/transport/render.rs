@@ -162,7 +162,7 @@ fn render_round(
     let [left, top, width, height] = request.crop;
     let rows_done = std::sync::atomic::AtomicUsize::new(0);
     let counts = film.par_rows(|row, mut film_row| {
-        let mut scratch = Scratch::new(ctx.media);
+        let mut scratch = Scratch::new(ctx);
         let y = top + row as u32;
         for column in 0..width {
             let x = left + column;
