@@ -63,7 +63,7 @@ pub enum PlanError {
 }
 
 /// Effects whose names exist before their simulation does.
-const NOT_YET: [Effect; 2] = [Effect::Glow, Effect::AirMultiple];
+const NOT_YET: [Effect; 1] = [Effect::AirMultiple];
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 const SHARE_OF_TARGET: f64 = 0.1;
@@ -81,7 +81,10 @@ pub fn plan(
     let facts = SceneFacts::of(scene);
     let decide = |(effect, name): &(Effect, &'static str)| {
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
-        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
+        let (estimate, reason) = match effect {
+            Effect::Glow => glow(scene, &facts, is_wanted(scene, choices, Effect::Airlight)),
+            _ => estimate(*effect, scene, &facts, n_wavelengths),
+        };
         if NOT_YET.contains(effect) {
             return match switch {
                 Switch::On => Err(PlanError::NotYet(name)),
@@ -127,6 +130,7 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
             Some(1.0 - (-facts.deepest_optical_depth).exp()),
             format!("optical depth up to about {:.3}", facts.deepest_optical_depth),
         ),
+        // Glow is estimated apart: it needs to know what else is on.
         Effect::Glow | Effect::AirMultiple => {
             let lit_air = settings.atmosphere.scattering_per_m > 0.0 && !facts.is_empty();
             (
@@ -137,6 +141,39 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
         Effect::Refraction => surroundings::refraction(scene, facts),
         Effect::SunDisc => surroundings::sun_disc(scene, facts),
     }
+}
+
+/// Whether an effect is not switched off by anybody.
+fn is_wanted(scene: &Scene, choices: &BTreeMap<Effect, Switch>, effect: Effect) -> bool {
+    choices.get(&effect).or_else(|| scene.settings.effects.get(&effect)) != Some(&Switch::Off)
+}
+
+/// Glow against the rest of the picture.
+///
+/// Of the light that the droplets take out of the sun's, c = albedo (1 - exp(-depth)), the air scatters g = 1 - exp(-sigma_s
+/// way) on its way; what is seen besides is the light c of the droplets themselves and, where the sun lights the air, as
+/// much as g. So glow is c g of about c + g, or of c alone (theory (69)).
+fn glow(scene: &Scene, facts: &SceneFacts, airlight: bool) -> (Option<f64>, String) {
+    let air = &scene.settings.atmosphere;
+    if air.scattering_per_m <= 0.0 {
+        return (Some(0.0), "there is no air that scatters".into());
+    }
+    if facts.is_empty() {
+        return (Some(0.0), "there are no droplets to light the air".into());
+    }
+    let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
+    let by_droplets = albedo * -(-facts.deepest_optical_depth).exp_m1();
+    let by_air = -(-air.scattering_per_m * air.depth_m).exp_m1();
+    let lit = if air.sunlight && airlight { by_air } else { 0.0 };
+    let share = if by_droplets > 0.0 { by_droplets * by_air / (by_droplets + lit) } else { 0.0 };
+    let reason = format!(
+        "droplets scatter {:.2} % of the sunlight at an optical depth of up to about {:.3}, the air {:.2} % of that over {} m",
+        100.0 * by_droplets,
+        facts.deepest_optical_depth,
+        100.0 * by_air,
+        air.depth_m
+    );
+    (Some(share), reason)
 }
 
 impl Decision {
