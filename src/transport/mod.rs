@@ -1,5 +1,6 @@
 //! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
 
+mod air_path;
 mod backdrop;
 mod ball;
 mod camera;

@@ -181,6 +181,7 @@ impl Prepared {
             switches: self.switches,
             resolution: self.resolution,
             max_order: if self.switches.multiple { self.max_order } else { 1 },
+            max_air_order: if self.switches.air_multiple { self.max_order } else { 0 },
         }
     }
 }

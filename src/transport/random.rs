@@ -28,6 +28,8 @@ pub(super) enum Purpose {
     Angle,
     Azimuth,
     March,
+    AirChance,
+    AirPlace,
     ChainSun,
     ChainChance,
     ChainLength,

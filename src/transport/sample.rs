@@ -1,5 +1,6 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
+use super::air_path::add_air_path;
 use super::camera::camera_ray;
 use super::chain::Aside;
 use super::collision::Finder;
@@ -44,6 +45,8 @@ pub struct RenderContext<'a> {
     pub resolution: [u32; 2],
     /// Most times that light is scattered by droplets; at least 1.
     pub max_order: u32,
+    /// Most times that light is scattered at all where air takes part; 0 without `air-multiple`.
+    pub max_air_order: u32,
 }
 
 impl RenderContext<'_> {
@@ -338,6 +341,9 @@ fn add_leg(
     }
     if ctx.switches.direct && !scratch.crossings.is_empty() {
         add_path(ctx, ray, random, scratch);
+    }
+    if ctx.max_air_order > 0 {
+        add_air_path(ctx, ray, left, random, scratch);
     }
     scratch.is_refracted = scratch.leg > 0;
     let Scratch { seen, passed, .. } = scratch;
