@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use common::*;
 use glam::DVec3;
 use mie_cloud::optics::phase_model::PhaseModel;
-use mie_cloud::scene::model::Scene;
+use mie_cloud::scene::model::{FogBalls, FogDensity, Scene};
 use mie_cloud::scene::settings::{AirPhase, Effect, Switch};
 
 /// Rationale: what neither absorbs nor emits cannot be seen in surroundings of one radiance, whatever takes turns to scatter.
@@ -53,8 +53,9 @@ fn air_is_a_ball_of_fog_without_shadows() {
     fog.settings.atmosphere.absorption_per_m = 0.0;
     with_phase(&mut fog, PhaseModel::HenyeyGreenstein { g: Some(0.4) });
     fog.classes[0].albedo = Some(scattering_per_m / (scattering_per_m + absorption_per_m));
-    let one = fog_box(DVec3::ZERO, DVec3::ONE, scattering_per_m + absorption_per_m);
-    fog.fog_balls = vec![ball_of(&mut fog, radius_m, one.density)];
+    let density = FogDensity::ExtinctionPerM(scattering_per_m + absorption_per_m);
+    fog.particles = vec![parcel(DVec3::ZERO, radius_m, 1.0)];
+    fog.fog_balls = vec![FogBalls { particles: 0..1, density }];
     let no_shadows = BTreeMap::from([(Effect::Shadows, Switch::Off)]);
     let of_air = render_with(air, 4000, 1, &no_shadows);
     let of_fog = render_with(fog, 4000, 2, &no_shadows);

@@ -59,7 +59,7 @@ const SHARE_OF_TARGET: f64 = 0.1;
 /// Decides about every effect. `choices` (flags) override what the scene says.
 pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
     let facts = SceneFacts::of(scene);
-    let decide = |(effect, name): &(Effect, &'static str)| {
+    let decide = |(effect, _): &(Effect, &'static str)| {
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
         let airlight = is_wanted(scene, choices, Effect::Airlight);
         let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths, airlight);
