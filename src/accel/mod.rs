@@ -60,8 +60,9 @@ pub struct Accel {
     walker: Walker,
 }
 
-/// At most this many bodies are tested one by one: a tree of one node costs as much as five sphere tests.
-const LINEAR_LIMIT: usize = 4;
+/// At most this many bodies are tested one by one: entering a tree of two nodes costs as much as 30 sphere tests, or ten
+/// of boxes.
+const LINEAR_LIMIT: usize = 16;
 
 impl Accel {
     /// The same, walked as on a processor without vector instructions; for tests and measurements.

@@ -34,7 +34,7 @@ impl Accel {
     {
         let mut search = Closest { accel: self, ray, from, after_id, event, entry: 0.0, best: None };
         if self.nodes.is_empty() {
-            (0..self.bodies.len()).for_each(|index| drop(search.test(index)));
+            (0..self.bodies.len()).for_each(|index| _ = search.test(index));
         } else {
             let (entry, exit) = self.frame.clip(ray, from, f64::INFINITY)?;
             search.entry = entry;

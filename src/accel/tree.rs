@@ -14,8 +14,8 @@ use obvhs::ploc::PlocBuilder;
 use super::node::Node;
 use super::walk::MAX_DEPTH;
 
-/// Most leaves of a part, and so of what obvhs holds at a time: 12 MB for each thread.
-pub(super) const PART: usize = 1 << 16;
+/// Most leaves of a part, and so of what obvhs holds at a time: 50 MB for each thread.
+pub(super) const PART: usize = 1 << 17;
 
 /// Depth that a part, or the tree over all parts, may have.
 const MAX_PART_DEPTH: usize = MAX_DEPTH / 2;
@@ -60,7 +60,8 @@ impl Tree {
         }
         let roots: Vec<Aabb> = parts.iter().map(|(part, _)| part.bounds).collect();
         let wide = build_wide(&roots);
-        let mut nodes = Vec::with_capacity(wide.nodes.len() + parts.iter().map(|(part, _)| part.nodes.len()).sum::<usize>());
+        let mut nodes =
+            Vec::with_capacity(wide.nodes.len() + parts.iter().map(|(part, _)| part.nodes.len()).sum::<usize>());
         nodes.push(Node::default());
         let mut todo = vec![(0, 0)];
         while let Some((from, to)) = todo.pop() {
