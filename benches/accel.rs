@@ -1,7 +1,7 @@
 //! Rays per second through clouds of spheres and boxes: `cargo bench --bench accel [-- COUNTS...]`.
 //!
 //! Random rays in a unit cube whose spheres cover half of it, in millions per second of one core's CPU time, the median of
-//! five runs; beside them what Embree 4.4 reaches with its sphere points in the same cube. Then the cost of one query where
+//! five runs; beside them the published rates of Embree 4.4 with its sphere points in the same cube. Then the cost of one query where
 //! few fog boxes are all there is.
 
 use std::hint::black_box;
@@ -13,7 +13,7 @@ use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 use rand::{RngExt, SeedableRng};
 
-/// Embree 4.4, closest hits on sphere points, AVX2, one core: spheres and Mray/s.
+/// Closest hits on sphere points as published for Embree 4.4: spheres and Mray/s of one core.
 const EMBREE: [(usize, f64); 4] = [(1_000, 6.5), (100_000, 1.9), (1_000_000, 0.18), (10_000_000, 0.06)];
 
 fn cloud(n: usize) -> Vec<Placed> {

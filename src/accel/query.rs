@@ -142,9 +142,6 @@ impl<F: FnMut(&Body, Crossing) -> Option<f64>> Closest<'_, F> {
 }
 
 impl<F: FnMut(&Body, Crossing) -> Option<f64>> Visitor for &mut Closest<'_, F> {
-    /// More would look behind what the first ones find.
-    const BATCH: usize = 4;
-
     #[inline(always)]
     fn visit(&mut self, primitive: usize, tmax: &mut f32) {
         for index in self.accel.members(primitive) {
@@ -165,8 +162,6 @@ struct All<'a, F> {
 }
 
 impl<F: FnMut(&Body, Crossing) -> ControlFlow<()>> Visitor for All<'_, F> {
-    const BATCH: usize = 8;
-
     #[inline(always)]
     fn visit(&mut self, primitive: usize, tmax: &mut f32) {
         // A ray that has been cut off still meets the other bodies of its batch.
