@@ -117,11 +117,6 @@ impl Node {
         ray.down[usize::from(self.grid >> 6)]
     }
 
-    /// Number of inner nodes.
-    pub fn n_inner(&self) -> usize {
-        usize::from(self.counts & 15)
-    }
-
     /// The same node in a larger tree.
     pub fn moved(self, nodes: u32, bodies: u32) -> Self {
         Self { child_base: self.child_base + nodes, body_base: self.body_base + bodies, ..self }
