@@ -92,11 +92,11 @@ impl View {
     }
 
     /// From here the near face of the shape's box fills the picture, less the margin; grown clouds leave the corners of
-    /// their box empty, so that its middle plane does.
+    /// their box empty, and may come half of that way nearer.
     fn framing_distance_m(&self, shape: &CloudShape, beyond_m: f64) -> f64 {
         let [x, y, mut z] = shape.size_m().map(|size| 0.5 * size + beyond_m);
         if shape.is_grown() {
-            z = 0.0;
+            z *= 0.5;
         }
         let half_height = y.max(x / ASPECT);
         MARGIN * half_height / (0.5 * self.yfov_deg.to_radians()).tan() + z
