@@ -31,7 +31,7 @@ pub(super) struct Cell {
 }
 
 /// Cells along the longest side: enough for the smallest billows, more where parcels are smaller still.
-const CELLS: std::ops::RangeInclusive<f64> = 96.0..=224.0;
+const CELLS: std::ops::RangeInclusive<f64> = 64.0..=224.0;
 
 /// Of a thousand parcels in a cloud as wide as high, ten lie along its side; cells are a quarter of their distances.
 const CELLS_PER_SPACING: f64 = 4.0;
