@@ -90,7 +90,9 @@ def picture(program, path, folder):
     """Luminance, R, G, B of light scattered once, over the opacity; NaN where there is next to no cloud."""
     out = Path(folder) / "picture.exr"
     command = [program, "render", path, "-o", out, "--order", "1", "--spp", "64", "--resolution", "960x540", "-q"]
-    subprocess.run([*map(str, command), "--aov", "direct"], check=True)
+    # A point of a sun: its disc would blur the rings, and `mie-cloud mie` knows of none.
+    command += ["--set", "sun.angular_diameter_deg=0", "--aov", "direct"]
+    subprocess.run([str(part) for part in command], check=True)
     with OpenEXR.File(str(out), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
     rgb = np.array([channels[f"direct.{name}"] for name in "RGB"], dtype=float)

@@ -224,20 +224,20 @@ fn parcels_have_the_optical_depth_that_was_asked_through_the_centre() {
 
 #[test]
 fn droplets_of_a_cumulus_have_the_optical_depth_that_was_asked_through_the_centre() {
-    let (tau, half_m, n_seeds) = (2.0, 0.01, 6);
+    let (tau, half_m, n_seeds) = (2.0, 0.012, 8);
     let in_the_middle: Vec<f64> = (0..n_seeds)
         .flat_map(|seed| {
             let content = Content::OpticalDepth(tau);
-            let cloud = make(&Recipe { count: 150_000, content, seed, ..Recipe::new(shape("cumulus", &[1.0])) });
+            let cloud = make(&Recipe { count: 25_000, content, seed, ..Recipe::new(shape("cumulus", &[1.0])) });
             let near = |p: &Particle| p.center_m.x.abs() < half_m && p.center_m.z.abs() < half_m;
             let disc = |p: Particle| q_ext(f64::from(p.droplet_radius_m)) * PI * f64::from(p.radius_m).powi(2);
             cloud.particles().filter(near).map(disc).collect::<Vec<_>>()
         })
         .collect();
     let mean = in_the_middle.iter().sum::<f64>() / (4.0 * half_m * half_m) / n_seeds as f64;
-    // Four standard errors of a sum of as many random discs (3 %), and 4 % for the cloud's change over the middle square.
+    // Four standard errors of a sum of as many random discs (6 %), and 4 % for the cloud's change over the middle square.
     let deviation = in_the_middle.iter().map(|c| c * c).sum::<f64>().sqrt() / in_the_middle.iter().sum::<f64>();
-    assert!(deviation < 0.05, "{deviation}");
+    assert!(deviation < 0.08, "{deviation}");
     assert!((mean / tau - 1.0).abs() < 4.0 * deviation + 0.04, "{mean} +- {deviation}");
 }
 

@@ -83,17 +83,14 @@ fn add_cube(document: &mut Value) -> Value {
     let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes));
     let buffer = push(document, "buffers", json!({ "byteLength": bytes.len(), "uri": uri }));
     let split = 12 * CORNERS;
-    let view = |offset: usize, length: usize, target: u32| {
-        json!({ "buffer": buffer, "byteOffset": offset, "byteLength": length, "target": target })
-    };
+    let view = |offset: usize, length: usize, target: u32| json!({ "buffer": buffer, "byteOffset": offset, "byteLength": length, "target": target });
     let corners = push(document, "bufferViews", view(0, split, 34962));
     let triangles = push(document, "bufferViews", view(split, bytes.len() - split, 34963));
     let positions = json!({
         "bufferView": corners, "componentType": 5126, "count": CORNERS, "type": "VEC3",
         "min": [-0.5, -0.5, -0.5], "max": [0.5, 0.5, 0.5],
     });
-    let indices =
-        json!({ "bufferView": triangles, "componentType": 5123, "count": TRIANGLES.len(), "type": "SCALAR" });
+    let indices = json!({ "bufferView": triangles, "componentType": 5123, "count": TRIANGLES.len(), "type": "SCALAR" });
     let (positions, indices) = (push(document, "accessors", positions), push(document, "accessors", indices));
     json!({ "attributes": { "POSITION": positions }, "indices": indices })
 }

@@ -142,7 +142,8 @@ fn bud(levels: &mut Vec<Vec<Billow>>, budding: &Budding, base_y: f64, rng: &mut 
             let radius = parent.radius * between(rng, budding.sizes[0], budding.sizes[1]);
             let center = parent.center + direction * parent.radius * budding.lift;
             let covered = levels.iter().flatten().any(|other| other.depth(center) > 0.6 * radius);
-            let crowded = buds[first..].iter().any(|other| (other.center - center).length() < 0.7 * other.radius.max(radius));
+            let crowded =
+                buds[first..].iter().any(|other| (other.center - center).length() < 0.7 * other.radius.max(radius));
             if direction.y >= budding.lowest && center.y > base_y + 0.1 * radius && !covered && !crowded {
                 buds.push(Billow { center, radius });
             }

@@ -134,12 +134,7 @@ fn magnified(
     })
 }
 
-fn fill_parcels(
-    recipe: &Recipe,
-    sizes: &Sizes,
-    placed: &Placed,
-    parcels: Parcels,
-) -> Result<Filling, GenerateError> {
+fn fill_parcels(recipe: &Recipe, sizes: &Sizes, placed: &Placed, parcels: Parcels) -> Result<Filling, GenerateError> {
     let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3());
     let water = Content::LiquidWaterGPerM3(DEFAULT_LIQUID_WATER_G_PER_M3);
     let extinction_m2 = match wanted_extinction_m2(recipe, sizes, placed)? {

@@ -6,8 +6,11 @@
 //!   R = s r, with one s for all, so that the given number of them has the extinction that was asked for. Each keeps the
 //!   efficiencies of its own radius r and stands for s^2 droplets.
 //! - Parcels share out the droplets that the liquid water or the optical depth takes.
+//! - A cumulus and a puff grow from the seed: billows upon billows, roughened by noise, with water that rises from the
+//!   base (cumulus) or thins out toward the edge (puff). Their parcels are small at the surface and large inside, and
+//!   spread more evenly than by chance. Liquid water is the mean over their volume.
 //! - The optical depth is that at 550 nm through the centre along the shortest side: the diameter of a ball, the thickness
-//!   of a slab. Through a ball, the mean over its shadow is two thirds of it.
+//!   of a slab, the height of a cumulus that is wider than high. Through a ball, the mean over its shadow is two thirds of it.
 
 mod billows;
 mod cloud;

@@ -65,7 +65,9 @@ pub(super) fn place(recipe: &Recipe) -> Placed {
     let count = recipe.particle_count();
     let voxels = recipe.shape.is_grown().then(|| Voxels::new(&recipe.shape, recipe.seed, count));
     match (recipe.kind, voxels) {
-        (ParticleKind::Droplet, None) => even(&recipe.shape, droplet_points(recipe, |rng| recipe.shape.sample_unit_point(rng))),
+        (ParticleKind::Droplet, None) => {
+            even(&recipe.shape, droplet_points(recipe, |rng| recipe.shape.sample_unit_point(rng)))
+        }
         (ParticleKind::Droplet, Some(voxels)) => droplets_in(recipe, &voxels),
         (ParticleKind::Parcel, voxels) if count == 1 => one_parcel(recipe, voxels.as_ref()),
         (ParticleKind::Parcel, None) => even_parcels(recipe),
@@ -99,8 +101,7 @@ fn even(shape: &CloudShape, points: Vec<[f32; 3]>) -> Placed {
 /// One parcel fills the shortest side.
 fn one_parcel(recipe: &Recipe, voxels: Option<&Voxels>) -> Placed {
     let radius_m = 0.5 * recipe.shape.shortest_m();
-    let parcels =
-        Parcels { radii: ParcelRadii::Alike(radius_m), shares: vec![1.0], overlapping: 1.0, cramped: false };
+    let parcels = Parcels { radii: ParcelRadii::Alike(radius_m), shares: vec![1.0], overlapping: 1.0, cramped: false };
     let around = even(&recipe.shape, vec![[0.0; 3]]);
     Placed {
         parcels: Some(parcels),

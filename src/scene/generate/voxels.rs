@@ -121,9 +121,8 @@ impl Voxels {
 
 /// The cells inside the cloud with index `k` along z.
 fn layer(grown: &Grown, n: [usize; 3], k: usize) -> Vec<Cell> {
-    let place = |index: [usize; 3]| {
-        grown.place([0, 1, 2].map(|axis| (2 * index[axis] + 1) as f64 / n[axis] as f64 - 1.0))
-    };
+    let place =
+        |index: [usize; 3]| grown.place([0, 1, 2].map(|axis| (2 * index[axis] + 1) as f64 / n[axis] as f64 - 1.0));
     let in_layer = grown.near(grown.billows(), 2, place([0, 0, k]).z);
     let mut cells = Vec::new();
     for j in 0..n[1] {
@@ -139,9 +138,9 @@ fn layer(grown: &Grown, n: [usize; 3], k: usize) -> Vec<Cell> {
 
 /// The place on a Z-order curve (Morton 1966): the bits of the three indices take turns.
 fn z_order(index: [u16; 3]) -> u64 {
-    (0..16).flat_map(|bit| (0..3).map(move |axis| (bit, axis))).fold(0, |code, (bit, axis)| {
-        code | u64::from(index[axis] >> bit & 1) << (3 * bit + axis)
-    })
+    (0..16)
+        .flat_map(|bit| (0..3).map(move |axis| (bit, axis)))
+        .fold(0, |code, (bit, axis)| code | u64::from(index[axis] >> bit & 1) << (3 * bit + axis))
 }
 
 #[cfg(test)]
