@@ -27,7 +27,7 @@ SCALE = {"luminance": 1.0, "R": 1.15, "G": 1.0, "B": 0.83}
 SCENES = {
     "fogbow": [("bow", 32, 43, "max"), ("dark ring", 31, 37, "min"), ("second bow", 27, 34, "max")],
     "glory": [("dark centre", 0.3, 1.2, "min"), ("first ring", 0.8, 2.2, "max"), ("second ring", 2.7, 4.2, "max")],
-    "corona": [("dark ring", 2.4, 4.2, "min"), ("first ring", 3.0, 5.2, "max"), ("second ring", 5.2, 8.0, "max")],
+    "corona": [("dark ring", 2.0, 2.9, "min"), ("first ring", 2.75, 4.0, "max")],
     "rainbow": [("primary", 39, 43.5, "max"), ("secondary", 49.5, 56, "max")],
 }
 
