@@ -33,7 +33,7 @@ mod tests {
             assert_eq!(block.start, sample);
             assert!(block.clone().step_by(7).all(|s| block_of(s) == block));
             let length = block.end - block.start;
-            assert!(length.is_power_of_two() && block.start % length == 0);
+            assert!(length.is_power_of_two() && block.start.is_multiple_of(length));
             assert!(!(block.start + 1..block.end).any(u32::is_power_of_two), "{block:?}");
             lengths.push(length);
             sample = block.end;
