@@ -1,7 +1,7 @@
 //! A field of single droplets tends to the continuous medium: its radiances are those of fog, the closer the more droplets.
 //!
 //! A droplet's disc of radius a leaves a tube free of other centres around the way that light has come, which the way on
-//! shares near the droplet: light that turns by theta finds a share of about a / (l sin(theta)) too little on its way, l the
+//! shares near the droplet: light that turns by theta meets about a / (l sin(theta)) less optical depth than in fog, l the
 //! mean free path (theory (99)). At a given optical depth a falls like the root of the number of droplets.
 
 mod common;

@@ -79,7 +79,7 @@ fn look(scene: Scene, spp: u32, seed: u64) -> (f64, f64) {
 
 /// Rationale: light that is scattered by little is as good as light that was not. Set-up: a slab of optical depth 4 and
 /// g = 0.85 by reflected light. Expected: cutting at 5 degrees leaves the radiance within 1 % and the noise; cutting at 30
-/// takes a tenth away, and at that less noise: the bias is real, and this test can see it.
+/// takes a tenth away: the bias is real, and this test can see it.
 #[test]
 fn small_cones_change_little_and_large_ones_much() {
     let (whole, whole_error) = look(slab(0.0), 4000, 1);
@@ -89,8 +89,8 @@ fn small_cones_change_little_and_large_ones_much() {
     assert!((small - whole).abs() < 4.0 * error + 0.01 * whole, "{small} against {whole} +- {error}");
     let (large, large_error) = look(slab(30.0), 2000, 3);
     println!("30 degrees {large} +- {large_error}");
+    assert!(large_error < 0.01 * whole, "{large_error}");
     assert!((-0.16..-0.04).contains(&(large / whole - 1.0)), "{large} against {whole}");
-    assert!(large_error < 0.5 * small_error, "{large_error} against {small_error}");
 }
 
 /// Light scattered once is not changed outside of the cone, but for how much of it gets through: in thin fog nothing.
