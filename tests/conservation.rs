@@ -23,6 +23,9 @@ const REACH_M: f64 = 1.8;
 /// Number of 5 um droplets in a ball of 1 m: optical depth 1.6 through its centre at 550 nm.
 const PARCEL: f64 = 2e10;
 
+/// Turns an empty scene into a cloud.
+type Form<'a> = &'a dyn Fn(&mut Scene);
+
 /// Asymmetry of most of the clouds' droplets.
 const ASYMMETRY: f64 = 0.5;
 
@@ -47,9 +50,8 @@ fn clouds(field: u64) -> Vec<(&'static str, Scene)> {
         scene.classes.push(second);
         scene.fog_boxes[0].class = 1;
     };
-    let forms: [(&str, &dyn Fn(&mut Scene)); 4] =
-        [("ball", &ball), ("box", &slab), ("droplets", &droplets), ("mixture", &mixture)];
-    let make = |(name, form): (&'static str, &dyn Fn(&mut Scene))| {
+    let forms: [(&str, Form); 4] = [("ball", &ball), ("box", &slab), ("droplets", &droplets), ("mixture", &mixture)];
+    let make = |(name, form): (&'static str, Form)| {
         let mut scene = empty_scene();
         with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(ASYMMETRY) });
         form(&mut scene);

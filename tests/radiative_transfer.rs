@@ -98,6 +98,9 @@ fn white_clouds_vanish_in_a_furnace() {
     }
 }
 
+/// Turns an empty scene into a cloud.
+type Form<'a> = &'a dyn Fn(&mut Scene);
+
 /// A white furnace around scenes that take other ways through the program: droplets of their own size, exact phase
 /// functions at eight wavelengths, more bodies on a ray than are searched at once, a camera inside.
 #[test]
@@ -106,7 +109,7 @@ fn white_clouds_vanish_in_a_furnace_whatever_way_they_are_followed() {
         let at = |i: i32| DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) / f64::from(n);
         (0..n * n * n).map(|i| droplet((at(i) - 0.45) * scale, radius_m, own_m)).collect()
     };
-    let forms: [(&str, &dyn Fn(&mut Scene)); 5] = [
+    let forms: [(&str, Form); 5] = [
         ("droplets of their own size", &|scene| {
             scene.particles = lattice(10, 5e-6, 5e-6, 1e-4);
             scene.camera = orthographic(DVec3::new(0.0, 0.0, 1e-3), 4e-5);
