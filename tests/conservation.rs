@@ -55,6 +55,7 @@ fn clouds(field: u64) -> Vec<(&'static str, Scene)> {
         let mut scene = empty_scene();
         with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(ASYMMETRY) });
         form(&mut scene);
+        without_refraction(&mut scene);
         scene.settings.image.resolution = [16, 16];
         (name, scene)
     };

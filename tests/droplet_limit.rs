@@ -52,6 +52,7 @@ impl View {
 
 fn slab_scene(albedo: f64) -> Scene {
     let mut scene = empty_scene();
+    without_refraction(&mut scene);
     with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.75) });
     scene.classes[0].albedo = Some(albedo);
     // 60 degrees from the zenith.

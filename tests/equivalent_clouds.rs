@@ -22,6 +22,7 @@ fn q_ext() -> f64 {
 /// A picture of 16 by 16 pixels from the side of the sun.
 fn scene_of(particles: Vec<Particle>, fog_boxes: Vec<FogBox>) -> Scene {
     let mut scene = empty_scene();
+    without_refraction(&mut scene);
     with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.6) });
     scene.classes[0].albedo = Some(0.95);
     (scene.particles, scene.fog_boxes) = (particles, fog_boxes);

@@ -111,6 +111,7 @@ fn light_scattered_once_is_kept_outside_of_the_cone() {
 fn cut_phase_functions_conserve_energy() {
     let furnace = |albedo: f64, angle_deg: f64, seed: u64| {
         let mut scene = empty_scene();
+        without_refraction(&mut scene);
         scene.settings.spectral_mode = Some(mie_cloud::spectrum::SpectralMode::Bands { count: 4 });
         scene.classes[0].albedo = Some(albedo);
         scene.particles = vec![parcel(DVec3::ZERO, 1.0, 3e10), droplet(DVec3::X * 0.4, 0.3, 5e-6)];

@@ -117,6 +117,8 @@ fn white_clouds_vanish_in_a_furnace_whatever_way_they_are_followed() {
         ("magnified droplets of several sizes, exact, in bands", &|scene| {
             scene.particles = lattice(8, 0.08, 2e-6, 1.5);
             scene.particles.iter_mut().step_by(3).for_each(|particle| particle.droplet_radius_m = 1e-6);
+            // Not along the lattice: no two discs are met at exactly one distance.
+            scene.camera = camera_for(DVec3::new(0.1, 0.2, 1.0).normalize(), 0.8);
             with_phase(scene, PhaseModel::Mie);
             scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 8 });
         }),
@@ -146,6 +148,7 @@ fn white_clouds_vanish_in_a_furnace_whatever_way_they_are_followed() {
         scene.classes[0].albedo = Some(1.0);
         scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.8);
         form(&mut scene);
+        without_refraction(&mut scene);
         scene.settings.background.radiance = [0.5; 3];
         scene.suns[0].lux = 0.0;
         let outcome = render_scene(scene, 400, 5);

@@ -74,6 +74,11 @@ pub fn parcel(center_m: DVec3, radius_m: f64, count: f64) -> Particle {
     Particle { count: count as f32, kind: ParticleKind::Parcel, ..droplet(center_m, radius_m, 5e-6) }
 }
 
+/// Leaves refraction out: droplets act as discs, as those do that are too small to be seen, however large they are drawn.
+pub fn without_refraction(scene: &mut Scene) {
+    scene.settings.effects.insert(Effect::Refraction, Switch::Off);
+}
+
 /// A box of fog with the given extinction coefficient at 550 nm.
 pub fn fog_box(center_m: DVec3, half_size_m: DVec3, extinction_per_m: f64) -> FogBox {
     FogBox {
