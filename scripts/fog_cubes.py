@@ -1,7 +1,7 @@
 """Compares `mie-cloud render` with pictures of cubes of fog by another renderer, and measures the work for 1 % of noise.
 
     cargo build --release
-    python3 scripts/fog_cubes.py target/release/mie-cloud [--spp 64] [--only TEXT]
+    python3 scripts/fog_cubes.py target/release/mie-cloud [--spp 64] [--only TEXT] [--set KEY=VALUE]...
 
 Needs numpy and OpenEXR (`pip install numpy OpenEXR`). The reference is tests/data/transport/fog_cube_reference.json (Mitsuba 3.9.1,
 volpath, no Russian roulette). Columns: mean radiance, its ratio to the reference, z = deviation over both standard errors;
@@ -43,10 +43,10 @@ def blocks(picture):
     return picture.reshape(BLOCKS, side, BLOCKS, side).mean((1, 3))
 
 
-def compare(program, folder, case, view, spp):
+def compare(program, folder, case, view, spp, settings):
     """The table's row of one case, and whether its mean agrees."""
     write_scene(folder / "cube.gltf", case, view)
-    channels, cpu = render(program, folder / "cube.gltf", folder / "cube.exr", RESOLUTION, spp)
+    channels, cpu = render(program, folder / "cube.gltf", folder / "cube.exr", RESOLUTION, spp, settings=settings)
     radiance, variance = channels["G"], channels["stderr.G"] ** 2
     error = np.sqrt(variance.sum()) / variance.size
     ratio = radiance.mean() / case["mean_radiance"]
@@ -73,6 +73,7 @@ def arguments():
     parser.add_argument("program", type=Path)
     parser.add_argument("--spp", type=int, default=64, help="paths per pixel")
     parser.add_argument("--only", default="", help="cases whose name contains this")
+    parser.add_argument("--set", action="append", default=[], dest="settings", help="KEY=VALUE, as in `mie-cloud render`")
     return parser.parse_args()
 
 
@@ -90,7 +91,7 @@ def main():
         for case in reference["cases"]:
             if args.only in case["name"]:
                 view = reference["views"][case["view"]]
-                row, agrees = compare(args.program.resolve(), Path(folder), case, view, args.spp)
+                row, agrees = compare(args.program.resolve(), Path(folder), case, view, args.spp, args.settings)
                 print(row, flush=True)
                 failed += [] if agrees else [case["name"]]
     print(f"\nbeyond {ALLOWED_Z} errors: {', '.join(failed) or 'none'}")

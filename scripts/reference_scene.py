@@ -42,8 +42,8 @@ def looking(direction, position=(0, 0, 0), up=(0, 1, 0)):
     return [*right, 0, *np.cross(right, forward), 0, *(-forward), 0, *map(float, position), 1]
 
 
-def write_fog(path, *, scale, extinction, albedo, phase, camera, camera_matrix, suns):
-    """A box of fog, lit by suns that travel along `suns` and together bring irradiance 1."""
+def write_fog(path, *, scale, extinction, albedo, phase, camera, camera_matrix, suns, background=0):
+    """A box of fog, lit by suns that travel along `suns` and together bring irradiance 1; before a uniform background."""
     positions = b"".join(struct.pack("<3f", *corner) for corner in CORNERS)
     binary = positions + struct.pack(f"<{len(TRIANGLES)}H", *TRIANGLES)
     settings = {
@@ -51,6 +51,7 @@ def write_fog(path, *, scale, extinction, albedo, phase, camera, camera_matrix, 
         "spectral": {"mode": "mono:550nm"},
         "sun": {"irradiance": 1 / len(suns), "angular_diameter_deg": 0},
         "effects": {"sun-disc": "off"},
+        "background": {"radiance": background},
         "accuracy": {"angle_tolerance": 0.001},
     }
     fog = {"kind": "fog", "extinction_per_m": extinction}
@@ -98,10 +99,12 @@ def copy_tables(folder):
         shutil.copy(table, folder)
 
 
-def render(program, scene, picture, resolution, spp, seed=0):
+def render(program, scene, picture, resolution, spp, seed=0, settings=(), layers="stderr"):
     """Renders with one thread and returns the channels and the CPU seconds of the process."""
     arguments = [program, "render", scene, "-o", picture, "--resolution", f"{resolution}x{resolution}"]
-    arguments += ["--spp", str(spp), "--seed", str(seed), "--aov", "stderr"]
+    arguments += ["--spp", str(spp), "--seed", str(seed), "--aov", layers]
+    for setting in settings:
+        arguments += ["--set", setting]
     process = subprocess.Popen([*map(str, arguments), "--threads", "1", "-q"])
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)

@@ -6,7 +6,8 @@ use common::*;
 use glam::{DMat3, DVec3};
 use mie_cloud::optics::DropletClass;
 use mie_cloud::optics::phase_model::PhaseModel;
-use mie_cloud::scene::model::{FogBox, Scene};
+use mie_cloud::scene::model::{FogBox, Lens, Scene};
+use mie_cloud::spectrum::SpectralMode;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -97,6 +98,68 @@ fn white_clouds_vanish_in_a_furnace() {
     }
 }
 
+/// Turns an empty scene into a cloud.
+type Form<'a> = &'a dyn Fn(&mut Scene);
+
+/// A white furnace around scenes that take other ways through the program: droplets of their own size, exact phase
+/// functions at eight wavelengths, more bodies on a ray than are searched at once, a camera inside.
+#[test]
+fn white_clouds_vanish_in_a_furnace_whatever_way_they_are_followed() {
+    let lattice = |n: i32, radius_m: f64, own_m: f64, scale: f64| -> Vec<_> {
+        let at = |i: i32| DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n)) / f64::from(n);
+        (0..n * n * n).map(|i| droplet((at(i) - 0.45) * scale, radius_m, own_m)).collect()
+    };
+    let forms: [(&str, Form); 5] = [
+        ("droplets of their own size", &|scene| {
+            scene.particles = lattice(10, 5e-6, 5e-6, 1e-4);
+            scene.camera = orthographic(DVec3::new(0.0, 0.0, 1e-3), 4e-5);
+        }),
+        ("magnified droplets of several sizes, exact, in bands", &|scene| {
+            scene.particles = lattice(8, 0.08, 2e-6, 1.5);
+            scene.particles.iter_mut().step_by(3).for_each(|particle| particle.droplet_radius_m = 1e-6);
+            // Not along the lattice: no two discs are met at exactly one distance.
+            scene.camera = camera_for(DVec3::new(0.1, 0.2, 1.0).normalize(), 0.8);
+            with_phase(scene, PhaseModel::Mie);
+            scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 8 });
+        }),
+        ("parcels and a box, exact, in bands", &|scene| {
+            scene.particles = vec![parcel(DVec3::ZERO, 1.0, 3e10), parcel(DVec3::X * 0.4, 0.5, 1e10)];
+            scene.particles[1].droplet_radius_m = 1.5e-6;
+            scene.fog_boxes = vec![fog_box(DVec3::Y * 0.2, DVec3::splat(0.7), 1.0)];
+            with_phase(scene, PhaseModel::Mie);
+            scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 8 });
+        }),
+        ("300 parcels and 300 droplets on every ray", &|scene| {
+            let shift = |i: i32| DVec3::new(f64::from(i % 17), f64::from(i % 13), f64::from(i % 11)) * 1e-3;
+            scene.particles = (0..300).map(|i| parcel(shift(i), 1.0, 1e8)).collect();
+            scene.particles.extend((0..300).map(|i| droplet(shift(i) * 50.0 - 0.4, 0.02, 5e-6)));
+            scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.3);
+        }),
+        ("from inside", &|scene| {
+            scene.particles = vec![parcel(DVec3::ZERO, 1.0, 3e10), droplet(DVec3::new(0.1, 0.0, -0.3), 0.1, 5e-6)];
+            scene.fog_boxes = vec![fog_box(DVec3::Y * 0.2, DVec3::splat(0.7), 1.0)];
+            scene.camera.position_m = DVec3::new(0.1, 0.2, 0.1);
+            scene.camera.lens = Lens::Perspective { yfov_rad: 1.5, aspect: None };
+        }),
+    ];
+    for (name, form) in forms {
+        let mut scene = empty_scene();
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.6) });
+        scene.classes[0].albedo = Some(1.0);
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.8);
+        form(&mut scene);
+        without_refraction(&mut scene);
+        scene.settings.background.radiance = [0.5; 3];
+        scene.suns[0].lux = 0.0;
+        let outcome = render_scene(scene, 400, 5);
+        let (mean, error) = mean_and_error(&outcome);
+        println!("{name}: {mean} +- {error}, transmittance {}", mean_of(&outcome, "transmittance.G"));
+        assert!((mean - 0.5).abs() < 4.0 * error + 1e-6, "{name}: {mean} +- {error}");
+        assert!(error < 0.005, "{name}: {error}");
+        assert!(mean_of(&outcome, "transmittance.G") < 0.9, "{name}: there is something to see");
+    }
+}
+
 #[test]
 fn orders_add_up() {
     let scene = |_| {
@@ -152,4 +215,37 @@ fn chains_toward_the_sun_change_the_noise_and_not_the_mean() {
         assert!(both < 0.02 * mean, "order {max_order}: {both} of {mean}");
         assert!(error < 1.5 * plain_error, "order {max_order}: {error} {plain_error}");
     }
+}
+
+/// Rationale: the orders of scattering are a geometric series in the end. Set-up: pictures up to order 1, 2, .. of a slab
+/// of optical depth 2, grey and isotropic. Expected: each adds light, the orders add up to the unlimited picture, and
+/// what is missing falls by one ratio; the direct layer is the same in all.
+#[test]
+fn pictures_of_more_orders_converge() {
+    let mut scene = empty_scene();
+    with_phase(&mut scene, PhaseModel::Isotropic);
+    scene.classes[0].albedo = Some(0.9);
+    scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::new(1e3, 1e3, 0.5), 2.0)];
+    scene.camera = camera_for(DVec3::new(0.3, 0.1, 0.9).normalize(), 0.01);
+    let mut prepared = prepare_all(scene);
+    let mut up_to = |order: u32| {
+        prepared.max_order = order;
+        let outcome = render_prepared(&prepared, 4000, 1);
+        let (mean, error) = mean_and_error(&outcome);
+        let (direct, multiple) = (mean_of(&outcome, "direct.G"), mean_of(&outcome, "multiple.G"));
+        assert!((direct + multiple - mean).abs() < 1e-6 * mean, "the layers add up");
+        (mean, error, direct)
+    };
+    let (all, all_error, direct) = up_to(u32::MAX);
+    let missing: Vec<f64> = (1..=10).map(|order| all - up_to(order).0).collect();
+    println!("{all} +- {all_error}: {missing:?}");
+    for pair in missing.windows(2) {
+        assert!(0.0 < pair[1] && pair[1] < pair[0], "{missing:?}");
+    }
+    assert!((up_to(7).2 - direct).abs() < 4.0 * all_error, "one first order in all");
+    assert!((up_to(60).0 - all).abs() < 1e-3 * all, "60 orders are nearly all");
+    let ratios: Vec<f64> = missing[3..].windows(2).map(|pair| pair[1] / pair[0]).collect();
+    let (least, most) = ratios.iter().fold((1.0f64, 0.0f64), |(least, most), r| (least.min(*r), most.max(*r)));
+    // Random numbers are common to the pictures; from the fourth order on the ratio is that of the slowest mode.
+    assert!(most - least < 0.06 && most < 0.9, "{ratios:?}");
 }

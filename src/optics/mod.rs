@@ -10,6 +10,7 @@ mod distribution_parse;
 pub mod ensemble;
 pub mod hg_draine;
 pub mod material;
+pub mod peak;
 mod phase_blur;
 pub mod phase_build;
 pub mod phase_function;

@@ -149,6 +149,24 @@ impl PhaseTable {
         (cell.cdf + self.scale * cell.mass_below(end, (s - cell.s) / (end - cell.s))).clamp(0.0, 1.0)
     }
 
+    /// The function with its values below an angle in rad replaced by the value there, normalised, and the share of the
+    /// light that this takes away; `None` where it takes nothing, or all, away.
+    pub(super) fn without_peak(&self, angle_rad: f64) -> Option<(Self, f64)> {
+        let s = (0.5 * angle_rad).sin();
+        let h = 2.0 * s * s;
+        let level = self.eval(h);
+        let removed = self.cdf(h) - 2.0 * PI * h * level;
+        // Less than the table's own rounding is no peak.
+        if !(1e-6..1.0).contains(&removed) || s >= 1.0 {
+            return None;
+        }
+        let i = self.find(&self.guide_s, s, |cell| cell.s);
+        let flat = Cell { s: 0.0, cdf: 0.0, ln_p: [(level / self.scale).ln() as f32, 0.0, 0.0, 0.0] };
+        let rest = self.cells[i].after(s, self.cells[i + 1].s);
+        let cells = [flat, rest].into_iter().chain(self.cells[i + 1..].iter().copied()).collect();
+        Some((Self::integrate(cells), removed))
+    }
+
     /// The asymmetry parameter of the table, mean cos theta.
     pub fn mean_cosine(&self) -> f64 {
         self.mean_cosine
@@ -258,6 +276,16 @@ impl Cell {
             }
         }
         z
+    }
+
+    /// The part of the cell that begins at a place in it; the cell ends at s = `end`.
+    fn after(&self, s: f64, end: f64) -> Self {
+        let [a, b, c, d] = self.ln_p.map(f64::from);
+        let z = (s - self.s) / (end - self.s);
+        let (value, slope, bend) = (a + z * (b + z * (c + z * d)), b + z * (2.0 * c + z * 3.0 * d), c + 3.0 * z * d);
+        let left = 1.0 - z;
+        let ln_p = [value, left * slope, left * left * bend, left * left * left * d];
+        Self { s, cdf: 0.0, ln_p: ln_p.map(|value| value as f32) }
     }
 
     /// The largest value of the cubic along the cell.

@@ -103,6 +103,8 @@ pub struct Accuracy {
     pub glow_tolerance: Option<f64>,
     /// Relative error of phase tables.
     pub angle_tolerance: Option<f64>,
+    /// Scattering by less than this angle counts as none, degrees; 0 leaves phase functions whole.
+    pub peak_truncation_deg: f64,
 }
 
 /// `image.*`.
@@ -197,7 +199,13 @@ impl Default for Settings {
             background: Background { radiance: [0.0; 3], image: None },
             spectral_mode: None,
             effects: BTreeMap::new(),
-            accuracy: Accuracy { target: None, size_parameter_cap: 2e4, glow_tolerance: None, angle_tolerance: None },
+            accuracy: Accuracy {
+                target: None,
+                size_parameter_cap: 2e4,
+                glow_tolerance: None,
+                angle_tolerance: None,
+                peak_truncation_deg: 0.0,
+            },
             image: ImageSettings { resolution: [640, 360] },
         }
     }

@@ -39,6 +39,7 @@ impl Settings {
         put("accuracy.size_parameter_cap", self.accuracy.size_parameter_cap.into());
         put("accuracy.glow_tolerance", self.accuracy.glow_tolerance.into());
         put("accuracy.angle_tolerance", self.accuracy.angle_tolerance.into());
+        put("accuracy.peak_truncation_deg", self.accuracy.peak_truncation_deg.into());
         put("image.resolution", json!(self.image.resolution));
         Value::Object(keys)
     }

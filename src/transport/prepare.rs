@@ -123,8 +123,9 @@ impl Prepared {
         let wavelengths_m = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
         let bins = bin_plan(&scene);
-        let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
         let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
+        let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
+        let tables = cut_peaks(tables, scene.settings.accuracy.peak_truncation_deg, absorption);
         let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
         let discs = if plan.is_on(Effect::SunDisc) { Discs::Simulated } else { Discs::LeftOut };
         let lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, &wavelengths_m, cache)?);
@@ -239,6 +240,17 @@ fn build_tables(
     cache: Option<&Path>,
 ) -> Result<OpticalTables, OpticsError> {
     OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths_m, cache))
+}
+
+/// The tables without their forward peaks, where the settings ask for it.
+fn cut_peaks(tables: OpticalTables, angle_deg: f64, absorption: Absorption) -> OpticalTables {
+    if angle_deg == 0.0 {
+        return tables;
+    }
+    tables.without_peaks(angle_deg.to_radians(), |optics| match absorption {
+        Absorption::Simulated => optics.albedo,
+        Absorption::LeftOut => 1.0,
+    })
 }
 
 fn table_settings<'a>(accuracy: &Accuracy, wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSettings<'a> {

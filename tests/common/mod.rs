@@ -74,6 +74,11 @@ pub fn parcel(center_m: DVec3, radius_m: f64, count: f64) -> Particle {
     Particle { count: count as f32, kind: ParticleKind::Parcel, ..droplet(center_m, radius_m, 5e-6) }
 }
 
+/// Leaves refraction out: droplets act as discs, as those do that are too small to be seen, however large they are drawn.
+pub fn without_refraction(scene: &mut Scene) {
+    scene.settings.effects.insert(Effect::Refraction, Switch::Off);
+}
+
 /// A box of fog with the given extinction coefficient at 550 nm.
 pub fn fog_box(center_m: DVec3, half_size_m: DVec3, extinction_per_m: f64) -> FogBox {
     FogBox {
@@ -111,6 +116,11 @@ pub fn render_with(scene: Scene, spp: u32, seed: u64, effects: &BTreeMap<Effect,
     render_prepared(&prepare(scene, effects), spp, seed)
 }
 
+/// `prepare` with every effect that the scene calls for; the camera and the largest order may still be changed.
+pub fn prepare_all(scene: Scene) -> Prepared {
+    prepare(scene, &BTreeMap::new())
+}
+
 /// A scene that is ready to be rendered, with everything on that it calls for.
 pub fn prepare(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: 8 });
@@ -135,6 +145,12 @@ pub fn render_until(prepared: &Prepared, until: Until, seed: u64, progress: &dyn
         spectral: Spectral::Discard,
     };
     render(&prepared.context(), &request, progress)
+}
+
+/// An orthographic camera outside of everything near the origin, for light that travels to it along `travel`.
+pub fn camera_for(travel: DVec3, half_width_m: f64) -> Camera {
+    let (x, y) = travel.any_orthonormal_pair();
+    Camera { world_from_camera: DMat3::from_cols(x, y, travel), ..orthographic(travel * 100.0, half_width_m) }
 }
 
 /// All channels of a picture by name.
