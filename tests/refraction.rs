@@ -312,3 +312,30 @@ fn droplets_that_cannot_be_seen_do_not_refract() {
     let picture = channels(&render_scene(scene, 16, 1));
     assert_eq!(mean(&picture["refraction.G"]), 0.0);
 }
+
+/// Rationale: sunlight that finds a collision by way of chains of small turns must not be counted twice, or lost, where balls
+/// and a sun's disc are in the way. Expected: the same picture as by the plain estimator.
+#[test]
+fn chains_toward_the_sun_and_glass_agree_with_the_plain_estimator() {
+    let scene = || {
+        let mut scene = empty_scene();
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.8) });
+        scene.classes[0].albedo = Some(1.0);
+        scene.suns = vec![sun(DVec3::new(0.5, -0.3, 1.0))];
+        scene.suns[0].angular_diameter_deg = Some(20.0);
+        scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::ONE, 1.0)];
+        let at = |i: i32| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) * 0.6 - 0.6;
+        scene.particles = (0..27).map(|i| droplet(at(i), 0.2, 5e-6)).collect();
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.9);
+        prepare(scene, &BTreeMap::new())
+    };
+    let with = render_prepared(&scene(), 1000, 1);
+    let without = render_prepared(&scene().without_chains(), 1000, 2);
+    // The layers' own errors are smaller than those of their sum.
+    let error = mean_and_error(&with).1.hypot(mean_and_error(&without).1);
+    assert!(error < 0.03 * mean_of(&without, "G"), "{error}");
+    for layer in ["multiple.G", "refraction.G", "direct.G", "G"] {
+        let (a, b) = (mean_of(&with, layer), mean_of(&without, layer));
+        assert!((a - b).abs() < 4.0 * error, "{layer}: {a} against {b} +- {error}");
+    }
+}
