@@ -107,10 +107,10 @@ pub struct RenderArgs {
     /// Renders a part of the picture: left, top, width, height in pixels
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop, help_heading = "Output")]
     pub crop: Option<[u32; 4]>,
-    /// Samples per pixel [default: 64, or the scene's accuracy target]
+    /// Samples in every pixel [default: 64, or the scene's accuracy target]
     #[arg(long, value_name = "N", conflicts_with_all = ["noise", "accuracy"], value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub spp: Option<u32>,
-    /// Samples until the standard error is this share of the mean luminance
+    /// Samples where the noise is, until the standard error is this share of the mean luminance
     #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
     /// Stops after this many seconds (the picture then depends on the machine)

@@ -20,11 +20,16 @@ pub enum Verbosity {
 /// Plain lines come at most this often.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
+/// Steps of the bar.
+const BAR_LENGTH: u64 = 1000;
+
 /// Shows progress, and ends the render when its time is up.
 pub struct Shown {
     bar: Option<ProgressBar>,
     started: Instant,
     last_line: Option<Mutex<Instant>>,
+    /// What was known at the end of the last round.
+    state: Mutex<String>,
     time_limit: Option<Duration>,
 }
 
@@ -35,11 +40,14 @@ impl Shown {
         let quiet = verbosity == Verbosity::Quiet;
         let bar = (!quiet && terminal).then(|| {
             let style = ProgressStyle::with_template("{prefix} [{wide_bar}] {percent:>3} % {msg}, {eta} left");
-            ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_prefix("render")
+            ProgressBar::new(BAR_LENGTH)
+                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+                .with_prefix("render")
         });
         Self {
             bar,
             started: Instant::now(),
+            state: Mutex::default(),
             last_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now())),
             time_limit: time_limit_s.map(Duration::from_secs_f64),
         }
@@ -52,27 +60,47 @@ impl Shown {
         }
     }
 
-    fn line(&self, samples: u32, of: u32, film: &Film) {
-        let Some(last) = self.last_line.as_ref().and_then(|last| last.lock().ok()) else { return };
-        let mut last = last;
-        if last.elapsed() < LINE_EVERY || samples >= of {
+    /// Share of the picture that is done: of its samples, or of its time.
+    fn share(&self, taken: u64, expected: u64) -> f64 {
+        let of_time = self.time_limit.map_or(0.0, |limit| self.started.elapsed().as_secs_f64() / limit.as_secs_f64());
+        (taken as f64 / expected.max(1) as f64).max(of_time).min(1.0)
+    }
+
+    fn show(&self, taken: u64, expected: u64, state: &str) {
+        let share = self.share(taken, expected);
+        if let Some(bar) = &self.bar {
+            bar.set_position((share * BAR_LENGTH as f64) as u64);
+        }
+        // Whoever finds the line taken has nothing newer to say.
+        let Some(mut last) = self.last_line.as_ref().and_then(|last| last.try_lock().ok()) else { return };
+        if last.elapsed() < LINE_EVERY || share >= 1.0 || share == 0.0 {
             return;
         }
         *last = Instant::now();
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let left = elapsed * f64::from(of.saturating_sub(samples)) / f64::from(samples);
-        eprintln!("render: {samples}/{of} spp, noise {:.4}, about {left:.0} s left", film.noise());
+        let left = self.started.elapsed().as_secs_f64() * (1.0 / share - 1.0);
+        eprintln!("render: {:.0} %, {state}about {left:.0} s left", 100.0 * share);
     }
 }
 
 impl Progress for Shown {
-    fn round(&self, samples: u32, of: u32, film: &Film) {
-        if let Some(bar) = &self.bar {
-            bar.set_length(u64::from(of));
-            bar.set_position(u64::from(samples));
-            bar.set_message(format!("{samples}/{of} spp, noise {:.4}", film.noise()));
+    fn samples(&self, taken: u64, expected: u64) {
+        if self.bar.is_some() || self.last_line.is_some() {
+            let state = self.state.lock().map(|state| state.clone()).unwrap_or_default();
+            self.show(taken, expected, &state);
         }
-        self.line(samples, of, film);
+    }
+
+    fn round(&self, taken: u64, expected: u64, film: &Film) {
+        let pixels = (film.width() * film.height()).max(1) as f64;
+        let each = |samples: u64| (samples as f64 / pixels).round();
+        let state = format!("{}/{} spp, noise {:.4}", each(taken), each(expected.max(taken)), film.noise());
+        if let Some(bar) = &self.bar {
+            bar.set_message(state.clone());
+        }
+        if let Ok(mut shown) = self.state.lock() {
+            *shown = format!("{state}, ");
+        }
+        self.samples(taken, expected);
     }
 
     fn should_stop(&self) -> bool {

@@ -232,7 +232,7 @@ fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {
     match (args.spp, args.noise.or(accuracy)) {
         (Some(spp), _) => Until::Samples(spp),
         (None, Some(target)) => Until::Noise { target, at_most: MOST_SPP },
-        (None, None) if args.time_limit.is_some() => Until::Samples(MOST_SPP),
+        (None, None) if args.time_limit.is_some() => Until::Noise { target: 0.0, at_most: MOST_SPP },
         (None, None) => Until::Samples(DEFAULT_SPP),
     }
 }

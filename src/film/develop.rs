@@ -1,6 +1,7 @@
 //! Turns sums into the named channels of a picture.
 
-use super::{Film, Layer, mean_variance, slot};
+use super::noise::mean_variance;
+use super::{Film, Layer, slot};
 
 /// One named channel, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,9 +98,7 @@ fn develop_one(film: &Film, wanted: Wanted, scale: f64, channels: &mut Vec<Chann
             let place = film.layers.iter().position(|kept| *kept == layer);
             rgb(name, &|pixel, n, c| place.map_or(0.0, |i| scale * film.layer(pixel, i, c) / n));
         }
-        Wanted::StandardError => rgb("stderr", &|pixel, n, c| {
-            scale * mean_variance(pixel[slot::BEAUTY + c], pixel[slot::SQUARES + c], n).sqrt()
-        }),
+        Wanted::StandardError => rgb("stderr", &|pixel, _, c| scale * mean_variance(pixel, c).sqrt()),
         Wanted::Transmittance => {
             rgb("transmittance", &|pixel, n, c| (pixel[slot::TRANSMITTANCE + c] / n).clamp(0.0, 1.0))
         }
@@ -126,12 +125,14 @@ mod tests {
     fn colours_outside_of_the_gamut_are_clipped() {
         let layers: Vec<Layer> = Layer::ALL.iter().map(|(layer, _)| *layer).collect();
         let mut film = Film::new(1, 1, &layers, 0);
-        film.par_rows(|_, mut row| {
+        let empty = film.tally();
+        film.par_tiles(&|| empty.clone(), |tally, _, mut pixels| {
             let mut sample = Sample { opacity: -1e-17, transmittance: [1.1, -0.1, 0.5], ..Sample::default() };
             sample.layers[0] = [3.0, -1.0, -2.0];
             sample.layers[1] = [1.0, 2.0, 1.0];
             sample.layers[2] = [1.0, 2.0, 0.0];
-            row.add(0, &sample, &[]);
+            tally.add(&sample, &[]);
+            pixels.pour(0, 0, tally);
         });
         let wanted: Vec<Wanted> = Wanted::all().into_iter().map(|(wanted, _)| wanted).collect();
         let channels = develop(&film, &wanted, 2.0);
@@ -146,14 +147,16 @@ mod tests {
     fn layers_add_up_to_the_picture() {
         let layers: Vec<Layer> = Layer::ALL.iter().map(|(layer, _)| *layer).collect();
         let mut film = Film::new(1, 1, &layers, 0);
-        film.par_rows(|_, mut row| {
+        let empty = film.tally();
+        film.par_tiles(&|| empty.clone(), |tally, _, mut pixels| {
             for i in 0..5 {
                 let mut sample = Sample::default();
                 for (k, layer) in sample.layers.iter_mut().enumerate() {
                     *layer = [k as f64, f64::from(i), 0.25];
                 }
-                row.add(0, &sample, &[]);
+                tally.add(&sample, &[]);
             }
+            pixels.pour(0, 0, tally);
         });
         let wanted: Vec<Wanted> = layers.iter().map(|layer| Wanted::Layer(*layer)).collect();
         let channels = develop(&film, &wanted, 2.0);

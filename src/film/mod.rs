@@ -1,8 +1,16 @@
 //! Sums of samples per pixel: means, standard errors, layers.
 
+mod block;
 mod develop;
+mod noise;
+mod tally;
+mod tile;
 
+pub use block::block_of;
 pub use develop::{Channel, Wanted, develop};
+pub use noise::{Noise, Spread};
+pub use tally::Tally;
+pub use tile::{Tile, TilePixels};
 
 use rayon::prelude::*;
 
@@ -53,19 +61,29 @@ pub struct Sample {
     pub depth_weight: f64,
 }
 
-/// Positions of the sums within a pixel's row; the layers follow, then the spectrum.
+/// Positions of the sums of a pixel; the layers follow, then the spectrum.
 mod slot {
+    /// Number of samples.
     pub const COUNT: usize = 0;
-    pub const BEAUTY: usize = 1;
-    pub const SQUARES: usize = 4;
-    pub const TRANSMITTANCE: usize = 7;
-    pub const OPACITY: usize = 10;
-    pub const DEPTH: usize = 11;
-    pub const DEPTH_WEIGHT: usize = 12;
-    pub const LAYERS: usize = 13;
+    /// Squares of the blocks' numbers of samples.
+    pub const COUNT_SQUARES: usize = 1;
+    pub const BEAUTY: usize = 2;
+    /// Squares of the blocks' beauty.
+    pub const SQUARES: usize = 5;
+    /// Products of the blocks' beauty and numbers of samples.
+    pub const PRODUCTS: usize = 8;
+    pub const TRANSMITTANCE: usize = 11;
+    pub const OPACITY: usize = 14;
+    pub const DEPTH: usize = 15;
+    pub const DEPTH_WEIGHT: usize = 16;
+    pub const LAYERS: usize = 17;
 }
 
 /// Sums over samples of every pixel of a rectangle.
+///
+/// Every value is a sum, so that films of different samples of one scene are combined by addition; films of aligned runs of
+/// samples (`Tally`) to the very bits that one film would have. Each pixel knows its number of samples. The pixels of a tile
+/// lie together, so that threads can fill tiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: usize,
@@ -75,19 +93,12 @@ pub struct Film {
     sums: Vec<f64>,
 }
 
-/// One row of pixels that a thread fills.
-pub struct FilmRow<'a> {
-    layers: &'a [Layer],
-    stride: usize,
-    sums: &'a mut [f64],
-}
-
 impl Film {
     /// An empty film that keeps the given layers apart, and radiance at `n_spectral` wavelengths.
     pub fn new(width: u32, height: u32, layers: &[Layer], n_spectral: usize) -> Self {
         let (width, height) = (width as usize, height as usize);
         let mut film = Self { width, height, layers: layers.to_vec(), n_spectral, sums: Vec::new() };
-        film.sums = vec![0.0; width * height * film.stride()];
+        film.sums = vec![0.0; film.n_tiles() * tile::PIXELS * film.stride()];
         film
     }
 
@@ -110,19 +121,52 @@ impl Film {
         size_of_val(&self.sums[..])
     }
 
-    /// Calls `fill` for every row, in parallel, and returns what the calls return, in the rows' order.
-    pub fn par_rows<T: Send>(&mut self, fill: impl Fn(usize, FilmRow<'_>) -> T + Sync) -> Vec<T> {
-        let stride = self.stride();
-        let layers = &self.layers[..];
+    /// Room to add up the samples of a pixel.
+    pub fn tally(&self) -> Tally {
+        Tally::new(&self.layers, self.stride())
+    }
+
+    /// Number of tiles.
+    pub fn n_tiles(&self) -> usize {
+        Tile::count(self.width, self.height)
+    }
+
+    /// The pixels of a tile.
+    pub fn tile(&self, index: usize) -> Tile {
+        Tile::new(index, self.width, self.height)
+    }
+
+    /// Calls `fill` for every tile, in parallel, and returns what the calls return, in the tiles' order. Each thread
+    /// hands the tools that `tools` makes from one call to the next.
+    pub fn par_tiles<S, T: Send>(
+        &mut self,
+        tools: &(impl Fn() -> S + Sync),
+        fill: impl Fn(&mut S, Tile, TilePixels<'_>) -> T + Sync,
+    ) -> Vec<T> {
+        let (stride, width, height) = (self.stride(), self.width, self.height);
         self.sums
-            .par_chunks_mut(stride * self.width)
+            .par_chunks_mut(tile::PIXELS * stride)
             .enumerate()
-            .map(|(row, sums)| fill(row, FilmRow { layers, stride, sums }))
+            .map_init(tools, |tools, (index, sums)| {
+                fill(tools, Tile::new(index, width, height), TilePixels::new(stride, sums))
+            })
             .collect()
     }
 
+    /// The sums of a pixel.
+    fn pixel(&self, x: usize, y: usize) -> &[f64] {
+        let place = tile::place(self.width, x, y) * self.stride();
+        &self.sums[place..place + self.stride()]
+    }
+
+    /// The sums of all pixels, row by row from the top left.
     fn pixels(&self) -> impl Iterator<Item = &[f64]> {
-        self.sums.chunks_exact(self.stride())
+        (0..self.height).flat_map(move |y| (0..self.width).map(move |x| self.pixel(x, y)))
+    }
+
+    /// Samples of all pixels together.
+    pub fn samples(&self) -> u64 {
+        self.pixels().map(|pixel| pixel[slot::COUNT] as u64).sum()
     }
 
     /// Mean luminance of the picture.
@@ -130,85 +174,9 @@ impl Film {
         let of = |pixel: &[f64]| luminance(|c| pixel[slot::BEAUTY + c] / pixel[slot::COUNT].max(1.0));
         self.pixels().map(of).sum::<f64>() / (self.width * self.height).max(1) as f64
     }
-
-    /// Standard error of the picture, RMS over pixels of the luminance, relative to its mean; infinite before two
-    /// samples, 0 for a black picture.
-    pub fn noise(&self) -> f64 {
-        let (mut mean, mut variance, mut n) = (0.0, 0.0, 0usize);
-        for pixel in self.pixels() {
-            let samples = pixel[slot::COUNT];
-            if samples < 2.0 {
-                return f64::INFINITY;
-            }
-            mean += luminance(|c| pixel[slot::BEAUTY + c] / samples);
-            variance +=
-                luminance(|c| mean_variance(pixel[slot::BEAUTY + c], pixel[slot::SQUARES + c], samples).sqrt()).powi(2);
-            n += 1;
-        }
-        if mean == 0.0 { 0.0 } else { (variance * n as f64).sqrt() / mean.abs() }
-    }
 }
 
 /// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).
 fn luminance(channel: impl Fn(usize) -> f64) -> f64 {
     0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)
-}
-
-/// Variance of the mean of `n` samples with the given sum and sum of squares.
-fn mean_variance(sum: f64, squares: f64, n: f64) -> f64 {
-    if n < 2.0 {
-        return 0.0;
-    }
-    ((squares / n - (sum / n).powi(2)) / (n - 1.0)).max(0.0)
-}
-
-impl FilmRow<'_> {
-    /// Adds one sample, and its radiance by wavelength where the film keeps it, to the pixel in the given column.
-    pub fn add(&mut self, column: usize, sample: &Sample, spectrum: &[f64]) {
-        let pixel = &mut self.sums[column * self.stride..(column + 1) * self.stride];
-        pixel[slot::COUNT] += 1.0;
-        for c in 0..3 {
-            let beauty: f64 = sample.layers.iter().map(|layer| layer[c]).sum();
-            pixel[slot::BEAUTY + c] += beauty;
-            pixel[slot::SQUARES + c] += beauty * beauty;
-            pixel[slot::TRANSMITTANCE + c] += sample.transmittance[c];
-        }
-        pixel[slot::OPACITY] += sample.opacity;
-        pixel[slot::DEPTH] += sample.depth_sum_m;
-        pixel[slot::DEPTH_WEIGHT] += sample.depth_weight;
-        let (layers, spectral) = pixel[slot::LAYERS..].split_at_mut(3 * self.layers.len());
-        for (sums, layer) in layers.chunks_exact_mut(3).zip(self.layers) {
-            for (sum, value) in sums.iter_mut().zip(sample.layers[*layer as usize]) {
-                *sum += value;
-            }
-        }
-        for (sum, value) in spectral.iter_mut().zip(spectrum) {
-            *sum += value;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn grey(value: f64) -> Sample {
-        let mut sample = Sample { opacity: 1.0, ..Sample::default() };
-        sample.layers[Layer::Direct as usize] = [value; 3];
-        sample
-    }
-
-    #[test]
-    fn noise_is_the_relative_standard_error() {
-        let mut film = Film::new(2, 1, &[], 0);
-        assert_eq!(film.noise(), f64::INFINITY);
-        film.par_rows(|_, mut row| {
-            for value in [1.0, 3.0, 1.0, 3.0] {
-                row.add(0, &grey(value), &[]);
-                row.add(1, &grey(2.0), &[]);
-            }
-        });
-        // Sample variance 4/3 over 4 samples, in one of two pixels, about a mean of 2.
-        assert!((film.noise() - (4.0 / 3.0 / 4.0 / 2.0f64).sqrt() / 2.0).abs() < 1e-12);
-    }
 }

@@ -17,7 +17,9 @@ mod place;
 mod prepare;
 mod random;
 mod render;
+mod rounds;
 mod sample;
+mod sobol;
 mod transmittance;
 
 pub use backdrop::{Backdrop, BackdropError, LatLong};

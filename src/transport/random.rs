@@ -1,14 +1,18 @@
-//! Random numbers from counters: stateless, so that neither threads nor the order of a traversal can change a picture.
+//! Random numbers of a path, stateless: neither threads nor the order of a traversal can change a picture.
 //!
-//! Every number is a hash of (seed, pixel, sample) and of what it is drawn for. The hash is the finaliser of SplitMix64
-//! (Steele, Lea & Flood 2014, with the constants of Stafford's variant 13).
+//! Every number is a function of (seed, pixel, sample) and of what it is drawn for. What decides most about a path, from
+//! its place in the pixel to the first few collisions, are coordinates of a Sobol point (theory (90)), so that the samples of
+//! a pixel spread evenly; everything else is a hash, the finaliser of SplitMix64 (Steele, Lea & Flood 2014, with the
+//! constants of Stafford's variant 13).
+
+use super::sobol::SobolPoint;
+use crate::film::block_of;
 
 /// The random numbers of one path.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct PathRandom {
     key: u64,
-    pixel_key: u64,
-    sample: u64,
+    point: SobolPoint,
 }
 
 /// What a number is drawn for; numbers of different purposes never share a counter.
@@ -44,39 +48,69 @@ pub(super) enum Purpose {
     Body,
 }
 
-/// Makes a number in [0, 1) of 53 bits.
-const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
-
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-fn mix(mut z: u64) -> u64 {
+#[inline]
+pub(super) fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
 
+/// Collisions whose numbers are coordinates of the Sobol point: more gain nothing in any scene that was measured.
+const SOBOL_COLLISIONS: u32 = 4;
+
+/// The coordinate of the Sobol point that a number is; `None` for those that are hashes.
+///
+/// Four at a time are computed together: those of the camera ray and its collision, then those of a turn and the next flight.
+#[inline]
+fn dimension(purpose: Purpose, index: u32) -> Option<u32> {
+    // Collision k + 1 is the flight after turn k; the first belongs to the camera ray.
+    let (set, lane) = match (purpose, index) {
+        (Purpose::PixelX, 0) => (0, 0),
+        (Purpose::PixelY, 0) => (0, 1),
+        (Purpose::Collision, 1..) => (index - 1, 2),
+        (Purpose::Hero, 0) => (0, 3),
+        (Purpose::Angle, 1..) => (index, 0),
+        (Purpose::Azimuth, 1..) => (index, 1),
+        (Purpose::ChainChance, 1..) => (index, 3),
+        _ => return None,
+    };
+    (set <= SOBOL_COLLISIONS).then_some(4 * set + lane)
+}
+
 impl PathRandom {
     /// The numbers of one sample of one pixel.
-    pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
+    #[inline]
+    pub fn new(seed: u64, pixel: u64, sample: u32) -> Self {
         let key = mix(seed.wrapping_add(GOLDEN));
-        let pixel_key = mix(key ^ pixel.wrapping_mul(GOLDEN));
-        Self { key: mix(pixel_key ^ sample.wrapping_add(1).wrapping_mul(GOLDEN)), pixel_key, sample }
+        let key = mix(key ^ pixel.wrapping_mul(GOLDEN));
+        let block = block_of(sample).start;
+        // Numbers of samples are below 2^32, so blocks beyond have keys of their own.
+        let block_key = mix(key ^ (1 << 32 | u64::from(block)).wrapping_mul(GOLDEN));
+        Self {
+            key: mix(key ^ u64::from(sample).wrapping_add(1).wrapping_mul(GOLDEN)),
+            point: SobolPoint::new(block_key, sample - block),
+        }
     }
 
-    /// Which of `n` wavelengths leads the path. Samples of a pixel take them in turn, evenly at every power of two (van der
-    /// Corput 1935, turned by a number of the pixel's own; theory (79)), so that few samples already show all colours.
+    /// Which of `n` wavelengths leads the path; those of a block take them evenly in turn.
     pub fn hero(&self, n: usize) -> usize {
-        let start = (mix(self.pixel_key ^ Purpose::Hero as u64) >> 11) as f64 * UNIT;
-        let turn = (self.sample.reverse_bits() >> 11) as f64 * UNIT;
-        let u = start + turn;
-        (((u - u.floor()) * n as f64) as usize).min(n - 1)
+        ((self.uniform(Purpose::Hero, 0) * n as f64) as usize).min(n - 1)
     }
 
-    /// A number in [0, 1) for the given purpose and its index.
+    /// A number in [0, 1) for the given purpose and its index, which counts from 1 for collisions and from 0 for others.
     #[inline]
     pub fn uniform(&self, purpose: Purpose, index: u32) -> f64 {
-        self.hash(purpose as u64, u64::from(index))
+        match dimension(purpose, index) {
+            Some(dimension) => {
+                let high = u64::from(self.point.coordinate(dimension));
+                // The sequence decides 32 bits; the sample's key the others.
+                unit(high << 32 | (high ^ self.key).wrapping_mul(GOLDEN) >> 32)
+            }
+            None => self.hash(purpose as u64, u64::from(index)),
+        }
     }
 
     /// A number in [0, 1) for one body on the way to one collision.
@@ -87,9 +121,14 @@ impl PathRandom {
 
     #[inline]
     fn hash(&self, stream: u64, index: u64) -> f64 {
-        let bits = mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN));
-        (bits >> 11) as f64 * UNIT
+        unit(mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN)))
     }
+}
+
+/// The top 53 of 64 bits as a number in [0, 1).
+#[inline]
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
 #[cfg(test)]
@@ -101,10 +140,15 @@ mod tests {
         let by_index = |i: u32| PathRandom::new(1, 2, 3).uniform(Purpose::March, i);
         let by_body = |i: u32| PathRandom::new(1, 2, 3).body(4, i);
         let by_collision = |i: u32| PathRandom::new(1, 2, 3).body(i, 7);
-        let by_sample = |i: u32| PathRandom::new(1, 2, u64::from(i)).uniform(Purpose::PixelX, 0);
+        let by_sample = |i: u32| PathRandom::new(1, 2, i).uniform(Purpose::Bin, 1);
+        let starts: Vec<u32> =
+            std::iter::successors(Some(0), |start| Some(block_of(*start).end)).take(64_001).collect();
+        let by_block = |i: u32| PathRandom::new(1, 2, starts[i as usize]).uniform(Purpose::PixelX, 0);
         let by_pixel = |i: u32| PathRandom::new(1, u64::from(i), 3).uniform(Purpose::PixelX, 0);
-        let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::PixelX, 0);
-        for draw in [&by_index as &dyn Fn(u32) -> f64, &by_body, &by_collision, &by_sample, &by_pixel, &by_seed] {
+        let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::Azimuth, 4);
+        let draws =
+            [&by_index as &dyn Fn(u32) -> f64, &by_body, &by_collision, &by_sample, &by_block, &by_pixel, &by_seed];
+        for draw in draws {
             let (cells, n) = (64, 64_000u32);
             let mut count = vec![0.0; cells];
             let mut product = 0.0;
@@ -121,16 +165,40 @@ mod tests {
         }
     }
 
+    /// The samples of a block have one number in each interval of its length, for everything that the Sobol point decides;
+    /// no two purposes share a coordinate.
     #[test]
-    fn samples_of_a_pixel_take_all_wavelengths_in_turn() {
+    fn the_samples_of_a_block_are_stratified() {
+        let mut asked = vec![(Purpose::PixelX, 0), (Purpose::PixelY, 0), (Purpose::Hero, 0)];
+        for k in 1..=SOBOL_COLLISIONS {
+            asked.extend([Purpose::Collision, Purpose::Angle, Purpose::Azimuth, Purpose::ChainChance].map(|p| (p, k)));
+        }
+        let block = block_of(100);
+        assert_eq!(block, 96..112);
+        for (purpose, index) in &asked {
+            let of_sample = |s| PathRandom::new(7, 8, s).uniform(*purpose, *index);
+            let mut strata: Vec<u32> = block.clone().map(|s| (of_sample(s) * 16.0) as u32).collect();
+            strata.sort_unstable();
+            assert_eq!(strata, (0..16).collect::<Vec<u32>>(), "{purpose:?} {index}");
+        }
+        let mut dimensions: Vec<_> = asked.iter().map(|(purpose, index)| dimension(*purpose, *index)).collect();
+        dimensions.sort_unstable();
+        dimensions.dedup();
+        assert_eq!(dimensions.len(), asked.len());
+        assert_eq!(dimension(Purpose::Azimuth, SOBOL_COLLISIONS + 1), None);
+    }
+
+    #[test]
+    fn samples_of_a_block_take_all_wavelengths_in_turn() {
         for (pixel, n) in [(0, 8usize), (1, 8), (2, 16), (7, 4)] {
-            let mut heroes: Vec<usize> = (0..n as u64).map(|s| PathRandom::new(3, pixel, s).hero(n)).collect();
+            let mut heroes: Vec<usize> = block_of(64).map(|s| PathRandom::new(3, pixel, s).hero(n)).collect();
             heroes.sort_unstable();
-            assert_eq!(heroes, (0..n).collect::<Vec<_>>());
+            assert_eq!(heroes, (0..16).map(|i| i * n / 16).collect::<Vec<_>>());
         }
         let mut count = [0; 3];
         (0..3000).for_each(|s| count[PathRandom::new(3, 5, s).hero(3)] += 1);
-        assert!(count.iter().all(|c| (990..=1010).contains(c)), "{count:?}");
+        // Each of some 80 blocks is off by less than one: a standard deviation of 5.
+        assert!(count.iter().all(|c| (975..=1025).contains(c)), "{count:?}");
         // Pixels begin anywhere.
         let first: std::collections::BTreeSet<usize> = (0..100).map(|p| PathRandom::new(3, p, 0).hero(8)).collect();
         assert_eq!(first.len(), 8);
@@ -139,10 +207,10 @@ mod tests {
     #[test]
     fn numbers_are_frozen() {
         let random = PathRandom::new(1, 2, 3);
-        assert_eq!(random.uniform(Purpose::PixelX, 0), FROZEN[0]);
+        assert_eq!(random.uniform(Purpose::Roulette, 1), FROZEN[0]);
         assert_eq!(random.uniform(Purpose::March, 6), FROZEN[1]);
     }
 
     /// From an independent implementation in Python: pictures of a seed must not change by accident.
-    const FROZEN: [f64; 2] = [0.19922647179906072, 0.43596923166341384];
+    const FROZEN: [f64; 2] = [0.2833411951726047, 0.43596923166341384];
 }

@@ -1,8 +1,12 @@
 //! The picture loop: rounds of samples over all pixels, in parallel, until enough are taken.
 
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::random::PathRandom;
+use super::rounds::{Targets, next_round};
 use super::sample::{RenderContext, Scratch, take_sample};
-use crate::film::{Film, Layer};
+use crate::film::{Film, Layer, Tally};
 
 /// Rays traced, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,9 +41,10 @@ impl RayCounts {
 /// When a picture is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Until {
-    /// After this many samples per pixel.
+    /// After this many samples in every pixel.
     Samples(u32),
-    /// When the noise (`Film::noise`) is at most `target`, or after `at_most` samples per pixel.
+    /// When the noise (`Film::noise`) is at most `target`, samples being spent where the noise is, or after `at_most`
+    /// samples in every noisy pixel. A target of 0 goes on until it is stopped.
     Noise { target: f64, at_most: u32 },
 }
 
@@ -69,11 +74,11 @@ pub enum Spectral {
 
 /// Hears how far a picture is, and may end it.
 pub trait Progress: Sync {
-    /// A row has been finished; `rows` of `of` in this round.
-    fn row(&self, _rows: usize, _of: usize) {}
-    /// A round has been finished: samples per pixel so far and expected in all, and the picture so far.
-    fn round(&self, _samples: u32, _of: u32, _film: &Film) {}
-    /// Whether to stop after this round.
+    /// Some pixels have been finished; samples of all pixels together so far, and expected in all. Called from all threads.
+    fn samples(&self, _taken: u64, _expected: u64) {}
+    /// A round has been finished: samples of all pixels together so far and expected in all, and the picture so far.
+    fn round(&self, _taken: u64, _expected: u64, _film: &Film) {}
+    /// Whether to stop now; asked at every tile once each pixel has a sample.
     fn should_stop(&self) -> bool {
         false
     }
@@ -88,7 +93,7 @@ impl Progress for SilentProgress {}
 pub struct RenderOutcome {
     /// The sums.
     pub film: Film,
-    /// Samples per pixel that were taken.
+    /// Samples per pixel that were taken, on average.
     pub samples: u32,
     /// Rays traced.
     pub rays: RayCounts,
@@ -96,88 +101,88 @@ pub struct RenderOutcome {
     pub stopped: bool,
 }
 
-/// The first round is short, so that there is something to show and to save at once.
-const FIRST_ROUND: u32 = 1;
-
-/// Rounds double up to this many samples per pixel, so that stopping never takes long.
-const LONGEST_ROUND: u32 = 16;
-
-/// A handful of samples cannot tell how noisy they are.
-const LEAST_FOR_NOISE: u32 = 8;
-
 /// Renders the picture. The same context, seed and crop give the same sums, whatever the number of threads.
+///
+/// A round brings every pixel to a number of samples that is settled before it begins. Where the render is stopped within a
+/// round, some pixels have more samples than others; their sums are complete all the same.
 pub fn render(ctx: &RenderContext, request: &RenderRequest, progress: &dyn Progress) -> RenderOutcome {
     let n_wavelengths = ctx.media.n_wavelengths();
     let n_spectral = if request.spectral == Spectral::Keep { n_wavelengths } else { 0 };
     let [_, _, width, height] = request.crop;
     let film = Film::new(width, height, &request.layers, n_spectral);
     let mut outcome = RenderOutcome { film, samples: 0, rays: RayCounts::default(), stopped: false };
-    let mut round = FIRST_ROUND;
-    while !is_done(&outcome, request.until) {
-        if outcome.samples > 0 && progress.should_stop() {
+    let mut taken = 0;
+    while let Some(round) = next_round(&outcome.film, taken, request.until) {
+        let stoppable = taken > 0;
+        if stoppable && progress.should_stop() {
             outcome.stopped = true;
             break;
         }
-        let last = outcome.samples.saturating_add(round).min(most_samples(request.until));
-        let rays = render_round(ctx, request, outcome.samples..last, &mut outcome.film, progress);
-        outcome.rays.add(&rays);
-        outcome.samples = last;
-        let expected = expected_samples(&outcome, request.until);
-        round = (2 * round).min(LONGEST_ROUND).min(expected.saturating_sub(outcome.samples).max(1));
-        progress.round(outcome.samples, expected, &outcome.film);
+        let hears = Hears { progress, stoppable, taken: AtomicU64::new(taken), expected: round.expected };
+        outcome.rays.add(&render_round(ctx, request, &round.targets, &mut outcome.film, &hears));
+        taken = hears.taken.into_inner();
+        progress.round(taken, round.expected, &outcome.film);
     }
+    let pixels = u64::from(width) * u64::from(height);
+    outcome.samples = u32::try_from((taken + pixels / 2) / pixels.max(1)).unwrap_or(u32::MAX);
     outcome
 }
 
-fn most_samples(until: Until) -> u32 {
-    match until {
-        Until::Samples(n) | Until::Noise { at_most: n, .. } => n,
-    }
+/// What a round tells and asks on the way.
+struct Hears<'a> {
+    progress: &'a dyn Progress,
+    stoppable: bool,
+    taken: AtomicU64,
+    expected: u64,
 }
 
-/// Samples per pixel that the picture will take, as far as can be told: noise falls like the root of their number.
-fn expected_samples(outcome: &RenderOutcome, until: Until) -> u32 {
-    let Until::Noise { target, at_most } = until else { return most_samples(until) };
-    let excess = outcome.film.noise() / target;
-    let expected = f64::from(outcome.samples) * excess * excess;
-    (expected.ceil().min(f64::from(at_most)) as u32).max(LEAST_FOR_NOISE)
-}
-
-fn is_done(outcome: &RenderOutcome, until: Until) -> bool {
-    outcome.samples >= most_samples(until)
-        || match until {
-            Until::Samples(_) => false,
-            Until::Noise { target, .. } => outcome.samples >= LEAST_FOR_NOISE && outcome.film.noise() <= target,
-        }
-}
-
-/// Adds the given samples to every pixel.
+/// Brings every pixel to its target.
 fn render_round(
     ctx: &RenderContext,
     request: &RenderRequest,
-    samples: std::ops::Range<u32>,
+    targets: &Targets,
     film: &mut Film,
-    progress: &dyn Progress,
+    hears: &Hears,
 ) -> RayCounts {
-    let [left, top, width, height] = request.crop;
-    let rows_done = std::sync::atomic::AtomicUsize::new(0);
-    let counts = film.par_rows(|row, mut film_row| {
-        let mut scratch = Scratch::new(ctx.media);
-        let y = top + row as u32;
-        for column in 0..width {
-            let x = left + column;
-            let pixel = u64::from(y) * u64::from(ctx.resolution[0]) + u64::from(x);
-            for sample in samples.clone() {
-                let random = PathRandom::new(request.seed, pixel, u64::from(sample));
-                let taken = take_sample(ctx, [x, y], &random, &mut scratch);
-                film_row.add(column as usize, &taken, &scratch.spectrum);
+    let empty = film.tally();
+    let tools = || (Scratch::new(ctx.media), empty.clone());
+    let counts = film.par_tiles(&tools, |(scratch, tally), tile, mut pixels| {
+        // A tile that has been begun is finished.
+        let stop = hears.stoppable && hears.progress.should_stop();
+        let mut taken = 0;
+        for (x, y) in tile.pixels() {
+            let samples = pixels.samples(x, y)..targets.of(tile.index, x, y);
+            if stop || samples.is_empty() {
+                continue;
             }
+            taken += samples.len() as u64;
+            tally.start(samples.start);
+            add_samples(ctx, request, [x as u32, y as u32], samples, (scratch, tally));
+            pixels.pour(x, y, tally);
         }
-        let done = rows_done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        progress.row(done, height as usize);
-        scratch.rays
+        let so_far = taken + hears.taken.fetch_add(taken, Ordering::Relaxed);
+        hears.progress.samples(so_far, hears.expected);
+        std::mem::take(&mut scratch.rays)
     });
     let mut total = RayCounts::default();
     counts.iter().for_each(|rays| total.add(rays));
     total
+}
+
+/// Takes samples of a pixel of the crop.
+fn add_samples(
+    ctx: &RenderContext,
+    request: &RenderRequest,
+    [column, row]: [u32; 2],
+    samples: Range<u32>,
+    (scratch, tally): (&mut Scratch, &mut Tally),
+) {
+    let [left, top, ..] = request.crop;
+    let (x, y) = (left + column, top + row);
+    let pixel = u64::from(y) * u64::from(ctx.resolution[0]) + u64::from(x);
+    for sample in samples {
+        let random = PathRandom::new(request.seed, pixel, sample);
+        let taken = take_sample(ctx, [x, y], &random, scratch);
+        tally.add(&taken, &scratch.spectrum);
+    }
 }

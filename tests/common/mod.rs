@@ -11,7 +11,7 @@ use mie_cloud::plan;
 use mie_cloud::scene::model::{Camera, FogBox, FogDensity, Lens, Particle, ParticleKind, Scene, Sun};
 use mie_cloud::scene::settings::{AirPhase, Effect, ImageSettings, Settings, Switch};
 use mie_cloud::spectrum::{SpectralMode, SpectralSampling};
-use mie_cloud::transport::{Prepared, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};
+use mie_cloud::transport::{Prepared, Progress, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};
 
 /// A scene of one class of 5 um water droplets at 550 nm, with a sun along -z and nothing in it.
 pub fn empty_scene() -> Scene {
@@ -121,15 +121,20 @@ pub fn prepare(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
 }
 
 pub fn render_prepared(prepared: &Prepared, spp: u32, seed: u64) -> RenderOutcome {
+    render_until(prepared, Until::Samples(spp), seed, &SilentProgress)
+}
+
+/// Renders until enough is done or `progress` ends it.
+pub fn render_until(prepared: &Prepared, until: Until, seed: u64, progress: &dyn Progress) -> RenderOutcome {
     let [width, height] = prepared.resolution;
     let request = RenderRequest {
         seed,
-        until: Until::Samples(spp),
+        until,
         crop: [0, 0, width, height],
         layers: mie_cloud::film::Layer::ALL.iter().map(|(layer, _)| *layer).collect(),
         spectral: Spectral::Discard,
     };
-    render(&prepared.context(), &request, &SilentProgress)
+    render(&prepared.context(), &request, progress)
 }
 
 /// All channels of a picture by name.
