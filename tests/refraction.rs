@@ -124,8 +124,10 @@ fn a_transparent_ball_vanishes_in_a_furnace() {
         scene.settings.background.radiance = [0.5; 3];
         let picture = channels(&render_scene(scene, 16, 1));
         for (i, value) in picture["G"].iter().enumerate() {
-            assert!((value - 0.5).abs() < 1e-6, "n = {n}, pixel {i}: {value}");
+            // Of rays that keep less than a thousandth of their light a part stands for all: 1e-3 / 16 samples.
+            assert!((value - 0.5).abs() < 1e-4, "n = {n}, pixel {i}: {value}");
         }
+        assert!((mean(&picture["G"]) - 0.5).abs() < 1e-6, "{}", mean(&picture["G"]));
         assert!(mean(&picture["refraction.G"]) > 0.2 && mean(&picture["background.G"]) > 0.05);
     }
 }
