@@ -54,22 +54,6 @@ fn flags_are_checked_before_the_scene_is_read() {
 }
 
 #[test]
-fn effects_that_are_not_there_yet_blame_whoever_asked() {
-    let bench = Bench::with_cloud();
-    let said = bench.fails(2, "render cloud.glb -o a.exr --effects +glow");
-    assert_says(&said, &["--effects +glow", "not in this version", "--effects -glow"]);
-    assert_says(
-        &bench.fails(2, "render cloud.glb -o a.exr --set effects.glow=on"),
-        &["--set effects.glow", "not in this"],
-    );
-    assert_says(&bench.fails(2, "inspect cloud.glb --effects +glow"), &["--effects +glow"]);
-    bench.ok("generate -o glow.glb --count 2 --set effects.glow=on -q");
-    assert_says(&bench.fails(3, "render glow.glb -o a.exr"), &["glow.glb", "effects.glow", "--effects -glow"]);
-    assert_says(&bench.fails(3, "render glow.glb -o a.exr --effects -shadows"), &["glow.glb", "effects.glow"]);
-    bench.ok("render glow.glb -o a.exr --effects -glow --resolution 2x2 --spp 1 -q --set spectral.mode=mono:550nm");
-}
-
-#[test]
 fn missing_broken_and_empty_scenes_end_with_3_and_say_what_to_do() {
     let bench = Bench::new();
     assert_says(&bench.fails(3, "render missing.gltf -o a.exr"), &["missing.gltf", "check the path"]);

@@ -71,9 +71,8 @@ fn noise(target: f64) -> Until {
 /// normal deviates whose errors are estimated from some 10 to 40 blocks: 1.02 to 1.25, within four of its own errors.
 #[test]
 fn two_seeds_differ_by_their_standard_errors() {
-    let scenes: [(&str, fn() -> Scene); 2] = [("cube", fog_cube), ("box and parcels", box_and_parcels)];
-    for (name, scene) in scenes {
-        let scene = ready(scene());
+    for (name, scene) in [("cube", fog_cube()), ("box and parcels", box_and_parcels())] {
+        let scene = ready(scene);
         for rule in [Until::Samples(64), Until::Samples(250), noise(0.02)] {
             let [a, b] = [11, 12].map(|seed| channels(&until(&scene, rule, seed)));
             let z: Vec<f64> = (0..a["G"].len())

@@ -608,7 +608,7 @@ fn every_setting_is_checked_for_type_and_range() {
         ("accuracy.target", "0"),
         ("accuracy.target", "superb"),
         ("accuracy.size_parameter_cap", "2e7"),
-        ("accuracy.glow_tolerance", "0"),
+        ("accuracy.glow_tolerance", "-0.1"),
         ("accuracy.angle_tolerance", "2"),
     ];
     for (key, value) in bad {

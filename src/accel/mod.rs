@@ -93,6 +93,26 @@ impl Accel {
         &self.bodies[index as usize]
     }
 
+    /// All bodies, in the tree's order.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Where a ray crosses a body of fog, as distances from its origin, m.
+    pub fn chord(&self, ray: &LocalRay, body: &Body) -> Option<(f64, f64)> {
+        self.cross(ray, body).map(|crossing| (crossing.start(), crossing.end()))
+    }
+
+    /// Half edges of a fog box, m, as columns; of what surrounds a droplet or ball as closely.
+    pub fn half_edges(&self, body: &Body) -> DMat3 {
+        match body.kind() {
+            BodyKind::Box => self.boxes[body.box_index()].half_edges,
+            BodyKind::Droplet | BodyKind::Glass | BodyKind::Ball => {
+                DMat3::from_diagonal(DVec3::splat(f64::from(body.radius_m)))
+            }
+        }
+    }
+
     /// Bytes held by the particles' geometry.
     pub fn geometry_bytes(&self) -> usize {
         size_of_val(&self.bodies[..]) + size_of_val(&self.boxes[..]) + size_of_val(&self.group_start[..])

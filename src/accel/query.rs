@@ -124,7 +124,7 @@ impl Accel {
 
     /// Where the ray crosses the body, if it does.
     #[inline(always)]
-    fn cross(&self, ray: &LocalRay, body: &Body) -> Option<Crossing> {
+    pub(super) fn cross(&self, ray: &LocalRay, body: &Body) -> Option<Crossing> {
         let radius_m = f64::from(body.radius_m);
         match body.kind() {
             BodyKind::Droplet | BodyKind::Glass => {

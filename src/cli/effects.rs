@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 
 use anyhow::anyhow;
 
-use super::args::SceneArgs;
-use super::failure::Failure;
-use crate::plan::PlanError;
 use crate::scene::settings::{Effect, Switch};
 use crate::suggest::closest;
 
@@ -37,19 +34,6 @@ fn effect(name: &str) -> anyhow::Result<Effect> {
         };
         anyhow!("--effects: there is no effect `{name}`; {hint}")
     })
-}
-
-/// Names who asked for what a plan cannot do: a flag, or the scene.
-pub fn plan_failure(error: PlanError, args: &SceneArgs, choices: &BTreeMap<Effect, Switch>) -> Failure {
-    let PlanError::NotYet(name) = error;
-    let by_flag = choices.iter().any(|(effect, switch)| effect.name() == name && *switch == Switch::On);
-    let set =
-        args.set.iter().find(|(key, value)| key.contains("effects") && (key.ends_with(name) || value.contains(name)));
-    match set {
-        _ if by_flag => Failure::usage(anyhow!("--effects +{name}: {error}")),
-        Some((key, _)) => Failure::usage(anyhow!("--set {key}: {error}")),
-        None => Failure::scene(anyhow!("{}: effects.{name}: {error}", args.scene.display())),
-    }
 }
 
 #[cfg(test)]

@@ -21,8 +21,7 @@ pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
-    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
-        .map_err(|error| super::effects::plan_failure(error, &args.scene, &effects))?;
+    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     let facts = SceneFacts::of(&scene);
     if args.json {
         let json = to_json(&scene, &plan, &facts, &sampling);

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
-use super::effects::plan_failure;
 use super::failure::{Failure, INTERRUPTED};
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Wishes};
@@ -90,8 +89,7 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
     check_absolute(args, &sampling)?;
-    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len())
-        .map_err(|error| plan_failure(error, &args.scene, &effects))?;
+    let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     let request = RenderRequest {
         seed: args.seed,
         until: until(args, accuracy),

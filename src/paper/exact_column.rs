@@ -21,7 +21,7 @@ const MOST_SPP: u32 = 16;
 pub(super) fn draw(scene: Scene) -> Result<(Picture, Vec<&'static str>), PaperError> {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Rgb { wavelengths_m: wavelengths_m() });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
-    let plan = plan(&scene, &BTreeMap::new(), ACCURACY, sampling.wavelengths_m.len())?;
+    let plan = plan(&scene, &BTreeMap::new(), ACCURACY, sampling.wavelengths_m.len());
     let effects = plan.decisions.iter().filter(|decision| decision.on).map(|decision| decision.effect.name()).collect();
     let [width, height] = scene.settings.image.resolution;
     let request = RenderRequest {

@@ -10,7 +10,6 @@ use super::picture::{Colours, Setting};
 use super::{exact_column, picture};
 use crate::image::{Attribute, Picture};
 use crate::mie::MieError;
-use crate::plan::PlanError;
 use crate::scene::SceneError;
 use crate::transport::PrepareError;
 
@@ -27,9 +26,6 @@ pub enum PaperError {
     /// The exact numbers could not be computed.
     #[error(transparent)]
     Mie(#[from] MieError),
-    /// Its scene cannot be planned.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
     /// Its scene cannot be prepared.
     #[error(transparent)]
     Prepare(#[from] PrepareError),

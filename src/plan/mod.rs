@@ -5,8 +5,6 @@ mod surroundings;
 
 use std::collections::BTreeMap;
 
-use thiserror::Error;
-
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 
@@ -23,6 +21,8 @@ pub struct Switches {
     pub shadows: bool,
     /// Sunlight scattered once by the air.
     pub airlight: bool,
+    /// Light that air and droplets scatter one after the other.
+    pub air_multiple: bool,
     /// The air weakens what crosses it.
     pub air: bool,
     /// What lies behind.
@@ -53,58 +53,34 @@ pub struct EffectPlan {
     pub decisions: Vec<Decision>,
 }
 
-/// A plan that cannot be carried out.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// An effect that this version cannot simulate was asked for.
-    #[error("this effect is not in this version yet; leave it on `auto`, or switch it off with `--effects -{0}`")]
-    NotYet(&'static str),
-}
-
-/// Effects whose names exist before their simulation does.
-const NOT_YET: [Effect; 2] = [Effect::Glow, Effect::AirMultiple];
-
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 const SHARE_OF_TARGET: f64 = 0.1;
 
 /// Decides about every effect. `choices` (flags) override what the scene says.
-///
-/// # Errors
-/// When an effect is switched on that this version cannot simulate.
-pub fn plan(
-    scene: &Scene,
-    choices: &BTreeMap<Effect, Switch>,
-    target: f64,
-    n_wavelengths: usize,
-) -> Result<EffectPlan, PlanError> {
+pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
     let facts = SceneFacts::of(scene);
-    let decide = |(effect, name): &(Effect, &'static str)| {
+    let decide = |(effect, _): &(Effect, &'static str)| {
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
-        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
-        if NOT_YET.contains(effect) {
-            return match switch {
-                Switch::On => Err(PlanError::NotYet(name)),
-                _ => Ok(Decision {
-                    effect: *effect,
-                    on: false,
-                    reason: format!("not in this version; {reason}"),
-                    estimate,
-                }),
-            };
-        }
+        let airlight = is_wanted(scene, choices, Effect::Airlight);
+        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths, airlight);
         let threshold = SHARE_OF_TARGET * target;
-        Ok(match switch {
+        match switch {
             Switch::On => Decision { effect: *effect, on: true, reason: "switched on".into(), estimate },
             Switch::Off => Decision { effect: *effect, on: false, reason: "switched off".into(), estimate },
             Switch::Auto => Decision { effect: *effect, on: estimate.is_none_or(|e| e > threshold), reason, estimate },
-        })
+        }
     };
-    Ok(EffectPlan { decisions: Effect::ALL.iter().map(decide).collect::<Result<_, _>>()? })
+    EffectPlan { decisions: Effect::ALL.iter().map(decide).collect() }
 }
 
 /// How much an effect could change the picture at most, and on what that rests. `None` always counts as enough.
-fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: usize) -> (Option<f64>, String) {
+fn estimate(
+    effect: Effect,
+    scene: &Scene,
+    facts: &SceneFacts,
+    n_wavelengths: usize,
+    airlight: bool,
+) -> (Option<f64>, String) {
     let settings = &scene.settings;
     match effect {
         Effect::Direct if facts.is_empty() => (Some(0.0), "there are no droplets".into()),
@@ -127,16 +103,56 @@ fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: us
             Some(1.0 - (-facts.deepest_optical_depth).exp()),
             format!("optical depth up to about {:.3}", facts.deepest_optical_depth),
         ),
-        Effect::Glow | Effect::AirMultiple => {
-            let lit_air = settings.atmosphere.scattering_per_m > 0.0 && !facts.is_empty();
-            (
-                (!lit_air).then_some(0.0),
-                if lit_air { "droplets light the air" } else { "no air is lit by droplets" }.into(),
-            )
-        }
+        Effect::Glow => glow(scene, facts, airlight),
+        Effect::AirMultiple => air_multiple(scene, facts),
         Effect::Refraction => surroundings::refraction(scene, facts),
         Effect::SunDisc => surroundings::sun_disc(scene, facts),
     }
+}
+
+/// Whether an effect is not switched off by anybody.
+fn is_wanted(scene: &Scene, choices: &BTreeMap<Effect, Switch>, effect: Effect) -> bool {
+    choices.get(&effect).or_else(|| scene.settings.effects.get(&effect)) != Some(&Switch::Off)
+}
+
+/// Glow against the rest of the picture.
+///
+/// Of the light that the droplets take out of the sun's, c = albedo (1 - exp(-depth)), the air scatters g = 1 - exp(-sigma_s
+/// way) on its way; what is seen besides is the light c of the droplets themselves and, where the sun lights the air, as
+/// much as g. So glow is c g of about c + g, or of c alone (theory (69)).
+fn glow(scene: &Scene, facts: &SceneFacts, airlight: bool) -> (Option<f64>, String) {
+    let air = &scene.settings.atmosphere;
+    if air.scattering_per_m <= 0.0 {
+        return (Some(0.0), "there is no air that scatters".into());
+    }
+    if facts.is_empty() {
+        return (Some(0.0), "there are no droplets to light the air".into());
+    }
+    let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
+    let by_droplets = albedo * -(-facts.deepest_optical_depth).exp_m1();
+    let by_air = -(-air.scattering_per_m * air.depth_m).exp_m1();
+    let lit = if air.sunlight && airlight { by_air } else { 0.0 };
+    let share = if by_droplets > 0.0 { by_droplets * by_air / (by_droplets + lit) } else { 0.0 };
+    let reason = format!(
+        "droplets scatter {:.2} % of the sunlight at an optical depth of up to about {:.3}, the air {:.2} % of that over {} m",
+        100.0 * by_droplets,
+        facts.deepest_optical_depth,
+        100.0 * by_air,
+        air.depth_m
+    );
+    (Some(share), reason)
+}
+
+/// Light that the air scatters between other scatterings, against the rest of the picture.
+///
+/// The air scatters g = 1 - exp(-sigma_s way) of what crosses it. Of sunlight that has been scattered once, by droplets or air, that
+/// is g of the picture; where the sun does not light the air, it takes two collisions with droplets, c g (theory (53)).
+fn air_multiple(scene: &Scene, facts: &SceneFacts) -> (Option<f64>, String) {
+    let air = &scene.settings.atmosphere;
+    let by_air = -(-air.scattering_per_m * air.depth_m).exp_m1();
+    let by_droplets = -(-facts.deepest_optical_depth).exp_m1();
+    let share = if air.sunlight { by_air } else { by_air * by_droplets };
+    (Some(share), format!("the air scatters {:.2} % of what crosses its {} m again", 100.0 * by_air, air.depth_m))
 }
 
 impl Decision {
@@ -159,6 +175,7 @@ impl EffectPlan {
             multiple: self.is_on(Effect::Multiple),
             shadows: self.is_on(Effect::Shadows),
             airlight: self.is_on(Effect::Airlight),
+            air_multiple: self.is_on(Effect::AirMultiple) && has_air,
             air: has_air,
             background: self.is_on(Effect::Background),
             absorption: self.is_on(Effect::Absorption),

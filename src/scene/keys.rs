@@ -62,7 +62,7 @@ pub const SETTINGS: &[Key<Settings>] = &[
     Key { name: "effects.sun-disc", unit: "", default: "auto", range: SWITCH, set: effect::<10> },
     Key { name: "accuracy.target", unit: "", default: "0.05", range: "draft, standard, fine, reference, or above 0 and at most 1", set: target },
     Key { name: "accuracy.size_parameter_cap", unit: "", default: "20000", range: "1 to 1e6", set: |s, g| { s.accuracy.size_parameter_cap = g.within(1.0, 1e6)?; Ok(()) } },
-    Key { name: "accuracy.glow_tolerance", unit: "", default: "from the target", range: "above 0, at most 1", set: |s, g| { s.accuracy.glow_tolerance = Some(g.positive(1.0)?); Ok(()) } },
+    Key { name: "accuracy.glow_tolerance", unit: "", default: "from the target", range: "0 (exact) to 1", set: |s, g| { s.accuracy.glow_tolerance = Some(g.within(0.0, 1.0)?); Ok(()) } },
     Key { name: "accuracy.angle_tolerance", unit: "", default: "from the target", range: "above 0, at most 1", set: |s, g| { s.accuracy.angle_tolerance = Some(g.positive(1.0)?); Ok(()) } },
     Key { name: "image.resolution", unit: "pixels", default: "[640, 360]", range: "WxH or [W, H], each 1 to 65536, at most 2^28 in all", set: resolution },
 ];

@@ -71,9 +71,6 @@ pub enum StudyError {
     /// The scene could not be read back.
     #[error("cannot read the measured scene: {0}")]
     Load(#[from] SceneError),
-    /// The scene could not be planned.
-    #[error(transparent)]
-    Plan(#[from] plan::PlanError),
     /// The scene could not be prepared.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
@@ -103,7 +100,7 @@ pub fn measure(count: u64, setup: &Setup, folder: &Path) -> Result<Row, StudyErr
     scene.settings.image.resolution = setup.resolution;
     row.load_s = lap();
     let sampling = SpectralSampling::new(SpectralMode::Bands { count: 8 }, scene.settings.sun.spectrum);
-    let plan = plan::plan(&scene, &Default::default(), 0.05, sampling.wavelengths_m.len())?;
+    let plan = plan::plan(&scene, &Default::default(), 0.05, sampling.wavelengths_m.len());
     let prepared = Prepared::new(scene, &plan, &sampling, None, &mut |stage| match stage {
         Stage::Tables => drop(lap()),
         Stage::Bvh => row.tables_s = lap(),

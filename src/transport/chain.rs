@@ -98,6 +98,10 @@ pub(super) struct Station<'a> {
     pub sun_depth: f64,
     /// Whether so much is in the way that only the near is looked at.
     pub is_crowded: bool,
+    /// Most turns that a chain may have.
+    pub most_turns: u32,
+    /// The layer of light that arrives without meeting glass.
+    pub layer: Layer,
 }
 
 /// The sun that chains of one collision lead to.
@@ -106,13 +110,15 @@ pub(super) fn pick_sun(ctx: &RenderContext, order: u32, random: &PathRandom) -> 
     ((random.uniform(Purpose::ChainSun, order) * n as f64) as usize).min(n.saturating_sub(1))
 }
 
-/// Draws a chain for a collision, and what it is worth there; `false` where there is none.
+/// Draws a chain for a collision, and what it is worth there; `false` where there is none. `look` fills `scratch.looked` with what
+/// the collision turns by an h toward a chain of the given rarity and number of turns.
 pub(super) fn begin_chain(
     ctx: &RenderContext,
     lobes: &ForwardLobes,
     station: &Station,
     random: &PathRandom,
     scratch: &mut Scratch,
+    look: impl FnOnce(&mut Scratch, f64, f64, u32),
 ) -> bool {
     let Station { ray, hero, order, sun, sun_depth, .. } = *station;
     let Some(light) = ctx.lighting.suns.get(sun) else { return false };
@@ -124,7 +130,7 @@ pub(super) fn begin_chain(
     }
     let lengths = Lengths { mean: small_turns.min(LONGEST_MEAN) };
     let n_turns = lengths.draw(random.uniform(Purpose::ChainLength, order));
-    if n_turns > ctx.max_order - order {
+    if n_turns > station.most_turns {
         return false;
     }
     let mut rarity = 0.0;
@@ -139,7 +145,7 @@ pub(super) fn begin_chain(
     }
     let n_suns = ctx.lighting.suns.len() as f64;
     let factor = n_suns / (chance * lengths.probability(n_turns));
-    scratch.look(ctx, turn_h(ray.direction, toward), rarity);
+    look(scratch, turn_h(ray.direction, toward), rarity, n_turns);
     let Scratch { aside, weight, density, looked, .. } = scratch;
     for (aside, (weight, looked)) in aside.weight.iter_mut().zip(weight.iter().zip(looked)) {
         *aside = factor * weight * *looked;
@@ -162,7 +168,7 @@ pub(super) fn follow_chain(
         let sun = &ctx.lighting.suns[station.sun];
         let sun_ray = LocalRay { origin: scratch.event.point, direction: scratch.aside.to_sun };
         scratch.light_sun(ctx, &sun_ray);
-        let layer = scratch.layer(Layer::Multiple);
+        let layer = scratch.layer(station.layer);
         let Scratch { weight, sunlit, layers, .. } = scratch;
         for (w, radiance) in layers[layer].iter_mut().enumerate() {
             *radiance += weight[w] * sunlit[w] * sun.irradiance[w];

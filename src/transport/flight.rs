@@ -54,18 +54,34 @@ pub(super) fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, sc
     normalize(scratch)
 }
 
+/// Where a flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Arrival {
+    /// At droplets: `scratch.event` holds the collision.
+    Droplets,
+    /// In the air, at `scratch.event.point`.
+    Air,
+    /// Nowhere; the path's weight is then that of the way out.
+    Nothing,
+}
+
 /// A collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight then being
 /// that of the way out.
 pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
     scratch.rays.scatter += 1;
     meet(ctx, ray, scratch);
+    fly_met(ctx, ray, hero, u, scratch) == Arrival::Droplets
+}
+
+/// A collision with what was met.
+pub(super) fn fly_met(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> Arrival {
     // 1 - u is exact.
     let target = -(1.0 - u).ln();
     if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
-        return normalize(scratch);
+        return if normalize(scratch) { Arrival::Droplets } else { Arrival::Nothing };
     }
     escape(ctx, ray, scratch);
-    false
+    Arrival::Nothing
 }
 
 /// A collision where much is in the way: the nearest of independent draws for each body, which is the collision of their

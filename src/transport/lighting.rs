@@ -52,6 +52,8 @@ pub struct Air {
     pub depth_m: f64,
     /// Longest march step, m.
     pub step_m: f64,
+    /// Whether the suns light it.
+    pub is_sunlit: bool,
     /// Phase function by wavelength.
     pub phase: Vec<Arc<PhaseFunction>>,
 }
@@ -113,6 +115,7 @@ impl Lighting {
                 extinction_per_m: atmosphere.scattering_per_m + atmosphere.absorption_per_m,
                 depth_m: atmosphere.depth_m,
                 step_m: atmosphere.step_m,
+                is_sunlit: atmosphere.sunlight,
                 phase: (0..n_wavelengths).map(|w| air_phase[w.min(air_phase.len() - 1)].clone()).collect(),
             },
         }

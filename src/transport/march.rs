@@ -1,8 +1,10 @@
-//! `airlight`: sunlight that the air scatters once, marched along the camera ray.
+//! The march through the air along the camera ray: `airlight`, sunlight that the air scatters once, and `glow`, light
+//! that droplets scatter into the air.
 //!
 //! Steps are equal and at most `step_m` long; the sample lies at random in each, by what the air lets pass, so a coarse
 //! step is noise and never a bias, and unlit or thick air without droplets has no noise at all.
 
+use super::glow;
 use super::lighting::Air;
 use super::path::turn_h;
 use super::random::{PathRandom, Purpose};
@@ -23,8 +25,8 @@ pub(super) fn march_steps(air: &Air, way_m: f64) -> (u32, f64) {
     (n_steps, way_m / f64::from(n_steps))
 }
 
-/// Adds the airlight along a camera ray; `scratch.crossings` holds what the ray meets.
-pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
+/// Adds what the air scatters along a camera ray; `scratch.crossings` holds what the ray meets.
+pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     let air = &ctx.lighting.air;
     if air.scattering_per_m <= 0.0 {
         return;
@@ -35,35 +37,47 @@ pub(super) fn add_airlight(ctx: &RenderContext, ray: &LocalRay, random: &PathRan
         return;
     }
     let (n_steps, step_m) = march_steps(air, leave_m - enter_m);
+    let way_m = [enter_m, enter_m + f64::from(n_steps) * step_m];
+    if let Some(glow) = ctx.glow {
+        glow::add_near(ctx, glow, ray, way_m, n_steps, random, scratch);
+        if !ctx.switches.airlight && !glow.needs_steps() {
+            return;
+        }
+        glow::begin_ray(ctx, glow, ray, way_m, n_steps, random, scratch);
+    }
     // The share of the light of a step's end that the step itself takes.
     let taken = -(-air.extinction_per_m * step_m).exp_m1();
     for step in 0..n_steps {
-        let u = random.uniform(Purpose::March, scratch.leg.wrapping_mul(MOST_STEPS).wrapping_add(step));
+        let number = scratch.leg.wrapping_mul(MOST_STEPS).wrapping_add(step);
+        let u = random.uniform(Purpose::March, number);
         let start_m = f64::from(step) * step_m;
         let t_m = enter_m + start_m + (-(-u * taken).ln_1p() / air.extinction_per_m).min(step_m);
         let scattered = air.scattering_per_m / air.extinction_per_m * taken * air.transmittance(start_m);
-        add_sample(ctx, ray, t_m, scattered, random, scratch);
+        if !see_step(ctx, t_m, scattered, scratch) {
+            continue;
+        }
+        if ctx.switches.airlight {
+            add_airlight(ctx, ray, t_m, random, scratch);
+        }
+        if let Some(glow) = ctx.glow {
+            glow::add_step(ctx, glow, ray, t_m, number, random, scratch);
+        }
     }
 }
 
-/// One sample of the march: what the suns send there, scattered to the camera, weakened on the way.
-fn add_sample(
-    ctx: &RenderContext,
-    ray: &LocalRay,
-    t_m: f64,
-    scattered: f64,
-    random: &PathRandom,
-    scratch: &mut Scratch,
-) {
-    let air = &ctx.lighting.air;
-    let point = ray.origin + t_m * ray.direction;
+/// Fills `scratch.weight` with how what is scattered at `t_m` is seen; `false` where nothing of it is.
+fn see_step(ctx: &RenderContext, t_m: f64, scattered: f64, scratch: &mut Scratch) -> bool {
     let Scratch { path_depth, crossings, weight, seen, .. } = scratch;
     for ((weight, depth), seen) in weight.iter_mut().zip(path_depth.past(ctx.media, crossings, t_m)).zip(seen) {
         *weight = *seen * scattered * (-depth).exp();
     }
-    if weight.iter().all(|seen| *seen <= 0.0) {
-        return;
-    }
+    weight.iter().any(|weight| *weight > 0.0)
+}
+
+/// Adds what the suns send to one step.
+fn add_airlight(ctx: &RenderContext, ray: &LocalRay, t_m: f64, random: &PathRandom, scratch: &mut Scratch) {
+    let air = &ctx.lighting.air;
+    let point = ray.origin + t_m * ray.direction;
     for sun in &ctx.lighting.suns {
         let to_sun = scratch.toward(sun, random);
         let h = turn_h(ray.direction, to_sun);

@@ -1,5 +1,6 @@
 //! Light through droplets and air: free flight, scattering of sunlight, the march through the air, the picture loop.
 
+mod air_path;
 mod backdrop;
 mod ball;
 mod camera;
@@ -9,6 +10,7 @@ mod event;
 mod flight;
 mod forward;
 mod glass;
+mod glow;
 mod lighting;
 mod march;
 mod media;
@@ -25,6 +27,7 @@ mod transmittance;
 pub use backdrop::{Backdrop, BackdropError, LatLong};
 pub use ball::{Ball, Branch, Strike, SurfaceEvent, reflectance};
 pub use glass::Glass;
+pub use glow::{Glow, GlowProbe};
 pub use lighting::{Discs, Lighting, SunLight};
 pub use media::{Absorption, Media};
 pub use prepare::{Counts, PrepareError, Prepared, Stage};

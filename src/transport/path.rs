@@ -37,15 +37,20 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
         }
         let sun = pick_sun(ctx, order, random);
         let layer = if order == 1 { Layer::Direct } else { Layer::Multiple };
-        let sun_depth = add_sunlight(ctx, &ray, sun, layer, random, scratch);
+        let sun_depth = add_sunlight(ctx, &ray, sun, Some(layer), random, scratch);
         if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }
         if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
             return;
         }
-        let station = Station { ray: &ray, hero, order, sun, sun_depth, is_crowded };
-        let chain = ctx.lobes.filter(|lobes| begin_chain(ctx, lobes, &station, random, scratch));
+        let most_turns = ctx.max_order - order;
+        let layer = Layer::Multiple;
+        let station = Station { ray: &ray, hero, order, sun, sun_depth, is_crowded, most_turns, layer };
+        let chain = ctx.lobes.filter(|lobes| {
+            let look = |scratch: &mut Scratch, h, rarity, _| scratch.look(ctx, h, rarity);
+            begin_chain(ctx, lobes, &station, random, scratch, look)
+        });
         let next = turn(ctx, &ray, hero, order, random, scratch);
         if let Some(lobes) = chain {
             follow_chain(ctx, lobes, &station, random, scratch);
@@ -80,24 +85,25 @@ fn travel(
             add_background(ctx, ray, scratch);
             return false;
         };
-        let Some(next) = pass_glass(ctx, &ahead, ray, random, scratch) else { return false };
+        let Some(next) = pass_glass(ctx, &ahead, ray, Some(Layer::Multiple), random, scratch) else { return false };
         (*ray, left) = (next, Some(ahead.id));
         (u, flight) = (random.uniform(Purpose::Flight, scratch.surfaces), SURFACE_FLIGHTS | scratch.surfaces);
     }
 }
 
-/// Past the ball ahead; on the way the path sees the sunlight that it scatters. For chains the path begins anew there: they
+/// Past the ball ahead; on the way the path sees the sunlight that it scatters, if it counts in a layer. For chains the path begins anew there: they
 /// do not pass glass.
-fn pass_glass(
+pub(super) fn pass_glass(
     ctx: &RenderContext,
     ahead: &Ahead,
     ray: &LocalRay,
+    layer: Option<Layer>,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> Option<LocalRay> {
-    if !ahead.is_inside {
+    if let Some(layer) = layer.filter(|_| !ahead.is_inside) {
         let weight = std::mem::take(&mut scratch.weight);
-        add_ball_sunlight(ctx, ahead, ray, (Layer::Multiple, &weight), random, scratch);
+        add_ball_sunlight(ctx, ahead, ray, (layer, &weight), random, scratch);
         scratch.weight = weight;
     }
     scratch.is_refracted = true;
@@ -123,38 +129,40 @@ fn note_depth(scratch: &mut Scratch) {
     *depth_weight += real;
 }
 
-/// The sunlight that the collision sends back along the path; returns the optical depth toward the sun of the given number.
-fn add_sunlight(
+/// The sunlight that the collision sends back along the path, if it counts in a layer; returns the optical depth toward the sun of
+/// the given number.
+pub(super) fn add_sunlight(
     ctx: &RenderContext,
     ray: &LocalRay,
     sun: usize,
-    layer: Layer,
+    layer: Option<Layer>,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> f64 {
-    let (mut sun_depth, layer) = (0.0, scratch.layer(layer));
+    let mut sun_depth = 0.0;
     if scratch.weight.iter().all(|weight| *weight <= 0.0) {
         return sun_depth;
     }
     for (i, light) in ctx.lighting.suns.iter().enumerate() {
         let to_sun = scratch.toward(light, random);
         scratch.light_sun(ctx, &LocalRay { origin: scratch.event.point, direction: to_sun });
-        scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0);
-        let Scratch { weight, sunlit, looked, layers, .. } = scratch;
-        for (w, radiance) in layers[layer].iter_mut().enumerate() {
-            *radiance += weight[w] * looked[w] * sunlit[w] * light.irradiance[w];
+        if let Some(layer) = layer {
+            let layer = scratch.layer(layer);
+            scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0);
+            let Scratch { weight, sunlit, looked, layers, .. } = scratch;
+            for (w, radiance) in layers[layer].iter_mut().enumerate() {
+                *radiance += weight[w] * looked[w] * sunlit[w] * light.irradiance[w];
+            }
         }
         if i == sun {
-            let passed = sunlit.iter().sum::<f64>() / sunlit.len() as f64;
-            // Without shadows nothing was asked: one small turn is a fair guess.
-            sun_depth = if ctx.switches.shadows { -passed.max(f64::MIN_POSITIVE).ln() } else { 1.0 };
+            sun_depth = scratch.mean_sun_depth(ctx);
         }
     }
     sun_depth
 }
 
 /// The background that an escaping path sees.
-fn add_background(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+pub(super) fn add_background(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     if ctx.switches.background {
         let layer = scratch.layer(Layer::Background);
         let Scratch { weight, behind, layers, .. } = scratch;
@@ -175,7 +183,7 @@ pub(super) fn survival_of_length(order: u32, long: u32) -> f64 {
 }
 
 /// Keeps a path of small weight with a probability in proportion, heavier by as much; very long ones die out.
-fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
+pub(super) fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
     let Scratch { weight, event, .. } = scratch;
     let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
     let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order, LONG_PATH);
@@ -187,7 +195,7 @@ fn survives(u: f64, order: u32, scratch: &mut Scratch) -> bool {
 }
 
 /// Draws the next direction.
-fn turn(
+pub(super) fn turn(
     ctx: &RenderContext,
     ray: &LocalRay,
     hero: usize,
@@ -213,7 +221,7 @@ fn turn(
 
 impl Scratch {
     /// A path that has not collided yet.
-    fn begin_path(&mut self) {
+    pub(super) fn begin_path(&mut self) {
         self.weight.copy_from_slice(&self.seen);
         self.density.copy_from_slice(&self.seen_density);
         self.small_turns.fill(1.0);
@@ -235,6 +243,13 @@ impl Scratch {
                 looked[w] -= turned.lobe[w] * (1.0 - small_turns[w] * share);
             }
         }
+    }
+
+    /// Optical depth toward the sun that was looked at last.
+    pub(super) fn mean_sun_depth(&self, ctx: &RenderContext) -> f64 {
+        let passed = self.sunlit.iter().sum::<f64>() / self.sunlit.len() as f64;
+        // Without shadows nothing was asked: one small turn is a fair guess.
+        if ctx.switches.shadows { -passed.max(f64::MIN_POSITIVE).ln() } else { 1.0 }
     }
 
     /// Remembers what share of the path still has nothing but small turns.

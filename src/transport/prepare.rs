@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::backdrop::{Backdrop, BackdropError, LatLong};
 use super::forward::ForwardLobes;
 use super::glass::Glass;
+use super::glow::Glow;
 use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
@@ -32,6 +33,9 @@ use crate::warning::Warning;
 
 /// The wavelength at which scenes give extinction coefficients of fog, m.
 const FOG_WAVELENGTH_M: f64 = 550e-9;
+
+/// The picture's target where the scene sets none.
+const DEFAULT_TARGET: f64 = 0.05;
 
 /// A stage that begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +89,8 @@ pub struct Prepared {
     pub glass: Option<Glass>,
     /// The light.
     pub lighting: Lighting,
+    /// What glows, where glow is simulated.
+    pub glow: Option<Glow>,
     /// The camera.
     pub camera: Camera,
     /// What the inner loops simulate.
@@ -132,6 +138,10 @@ impl Prepared {
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
         let lobes = forward_lobes(&media, &bin_areas(&media, &placed, &fog_boxes));
         let accel = Accel::build(placed, &fog_boxes);
+        let is_lit = plan.is_on(Effect::Glow) && lighting.air.scattering_per_m > 0.0;
+        let tolerance = glow_tolerance(&scene.settings.accuracy);
+        let shadows = plan.is_on(Effect::Shadows);
+        let glow = is_lit.then(|| Glow::new(&accel, &media, &lighting, tolerance, shadows)).flatten();
         let glass = Glass::new(&accel, balls, &bins, &scene.classes, &tables, absorption).map_err(OpticsError::from)?;
         let warnings =
             [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
@@ -142,6 +152,7 @@ impl Prepared {
             media,
             glass,
             lighting,
+            glow,
             camera: scene.camera,
             switches: plan.switches(has_air),
             resolution: scene.settings.image.resolution,
@@ -165,10 +176,12 @@ impl Prepared {
             glass: self.glass.as_ref(),
             lobes: self.lobes.as_ref(),
             lighting: &self.lighting,
+            glow: self.glow.as_ref(),
             camera: &self.camera,
             switches: self.switches,
             resolution: self.resolution,
             max_order: if self.switches.multiple { self.max_order } else { 1 },
+            max_air_order: if self.switches.air_multiple { self.max_order } else { 0 },
         }
     }
 }
@@ -186,6 +199,12 @@ fn backdrop(
         None => (None, Vec::new()),
     };
     Ok((Backdrop::new(sampling, background.radiance, image), warnings))
+}
+
+/// Glow may be wrong by a fifth of the picture's target where none is set for it: it is one of several errors, and
+/// rarely the whole picture.
+fn glow_tolerance(accuracy: &Accuracy) -> f64 {
+    accuracy.glow_tolerance.unwrap_or(0.2 * accuracy.target.unwrap_or(DEFAULT_TARGET))
 }
 
 /// Said where the air's march takes longer steps than were asked for.

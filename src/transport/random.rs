@@ -28,6 +28,8 @@ pub(super) enum Purpose {
     Angle,
     Azimuth,
     March,
+    AirChance,
+    AirPlace,
     ChainSun,
     ChainChance,
     ChainLength,
@@ -47,6 +49,25 @@ pub(super) enum Purpose {
     /// Free flight: plus the number of the collision, for every body.
     Body,
 }
+
+/// What a number is drawn for in glow.
+#[derive(Clone, Copy, Debug)]
+#[repr(u64)]
+pub(super) enum GlowDraw {
+    /// Which steps of the march look how far; one per path.
+    Phase,
+    /// Which part of the sum is shadowed; one per step.
+    Pick,
+    /// Which droplet of a cluster stands for it; one per step.
+    Member,
+    /// Where on the suns' discs; two per sun and step.
+    Disc,
+}
+
+/// Glow draws from keys of its own.
+const GLOW: u64 = 0xd6e8_feb8_6659_fd93;
+const GLOW_BODY: u64 = 1 << 16;
+const GLOW_NEAR: u64 = 1 << 30;
 
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
 pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -78,6 +99,11 @@ fn dimension(purpose: Purpose, index: u32) -> Option<u32> {
         _ => return None,
     };
     (set <= SOBOL_COLLISIONS).then_some(4 * set + lane)
+}
+
+/// A number in [0, 1) from two counters, the same in every picture: for what is prepared before any path.
+pub(super) fn hash_uniform(stream: u64, index: u64) -> f64 {
+    unit(mix(mix(stream.wrapping_add(GOLDEN)) ^ index.wrapping_mul(GOLDEN)))
 }
 
 impl PathRandom {
@@ -117,6 +143,29 @@ impl PathRandom {
     #[inline]
     pub fn body(&self, collision: u32, body_id: u32) -> f64 {
         self.hash(Purpose::Body as u64 + u64::from(collision), u64::from(body_id))
+    }
+
+    /// A number in [0, 1) for glow: one of several per draw.
+    #[inline]
+    pub fn glow(&self, draw: GlowDraw, index: u32) -> f64 {
+        self.glow_hash(draw as u64, u64::from(index))
+    }
+
+    /// A number in [0, 1) for one body as it is seen from one step of the march: four per body.
+    #[inline]
+    pub fn glow_body(&self, step: u32, draw: u32, body_id: u32) -> f64 {
+        self.glow_hash(GLOW_BODY + 4 * u64::from(step % (1 << 20)) + u64::from(draw), u64::from(body_id))
+    }
+
+    /// A number in [0, 1) for one part of the ray past a body that is close to it.
+    #[inline]
+    pub fn glow_near(&self, part: u32, body_id: u32) -> f64 {
+        self.glow_hash(GLOW_NEAR + u64::from(part), u64::from(body_id))
+    }
+
+    #[inline]
+    fn glow_hash(&self, stream: u64, index: u64) -> f64 {
+        unit(mix(self.key ^ GLOW ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN)))
     }
 
     #[inline]

@@ -145,7 +145,7 @@ fn render_round(
     hears: &Hears,
 ) -> RayCounts {
     let empty = film.tally();
-    let tools = || (Scratch::new(ctx.media), empty.clone());
+    let tools = || (Scratch::new(ctx), empty.clone());
     let counts = film.par_tiles(&tools, |(scratch, tally), tile, mut pixels| {
         // A tile that has been begun is finished.
         let stop = hears.stoppable && hears.progress.should_stop();

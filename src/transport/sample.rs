@@ -1,5 +1,6 @@
 //! One sample of one pixel: a camera ray, and every layer of light that comes along it.
 
+use super::air_path::add_air_path;
 use super::camera::camera_ray;
 use super::chain::Aside;
 use super::collision::Finder;
@@ -7,8 +8,9 @@ use super::event::{Event, Turn};
 use super::flight::meet;
 use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Glass, Ways};
+use super::glow::{Glow, GlowScratch};
 use super::lighting::{Lighting, SunLight};
-use super::march::add_airlight;
+use super::march::march;
 use super::media::Media;
 use super::path::{add_path, survival_of_length, turn_h};
 use super::random::{PathRandom, Purpose};
@@ -33,6 +35,8 @@ pub struct RenderContext<'a> {
     pub(super) lobes: Option<&'a ForwardLobes>,
     /// The light.
     pub lighting: &'a Lighting,
+    /// What glows, where glow is simulated.
+    pub glow: Option<&'a Glow>,
     /// The camera.
     pub camera: &'a Camera,
     /// Which effects are simulated.
@@ -41,6 +45,8 @@ pub struct RenderContext<'a> {
     pub resolution: [u32; 2],
     /// Most times that light is scattered by droplets; at least 1.
     pub max_order: u32,
+    /// Most times that light is scattered at all where air takes part; 0 without `air-multiple`.
+    pub max_air_order: u32,
 }
 
 impl RenderContext<'_> {
@@ -120,13 +126,15 @@ pub(super) struct Scratch {
     pub crossings: Vec<(Body, Crossing)>,
     pub sun_depth: OpticalDepth,
     pub path_depth: OpticalDepth,
+    pub glow: GlowScratch,
     pub depth_sum: f64,
     pub depth_weight: f64,
     pub rays: RayCounts,
 }
 
 impl Scratch {
-    pub fn new(media: &Media) -> Self {
+    pub fn new(ctx: &RenderContext) -> Self {
+        let media = ctx.media;
         let n_wavelengths = media.n_wavelengths();
         let zeros = || vec![0.0; n_wavelengths];
         Self {
@@ -156,6 +164,7 @@ impl Scratch {
             crossings: Vec::new(),
             sun_depth: OpticalDepth::new(media),
             path_depth: OpticalDepth::new(media),
+            glow: GlowScratch::new(n_wavelengths, ctx.lighting.suns.len()),
             depth_sum: 0.0,
             depth_weight: 0.0,
             rays: RayCounts::default(),
@@ -327,11 +336,14 @@ fn add_leg(
     if scratch.leg == 0 {
         note_opacity(ctx.lighting, ahead.as_ref(), scratch, sample);
     }
-    if ctx.switches.airlight {
-        add_airlight(ctx, ray, random, scratch);
+    if ctx.switches.airlight || ctx.glow.is_some() {
+        march(ctx, ray, random, scratch);
     }
     if ctx.switches.direct && !scratch.crossings.is_empty() {
         add_path(ctx, ray, random, scratch);
+    }
+    if ctx.max_air_order > 0 {
+        add_air_path(ctx, ray, left, random, scratch);
     }
     scratch.is_refracted = scratch.leg > 0;
     let Scratch { seen, passed, .. } = scratch;

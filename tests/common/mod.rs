@@ -116,7 +116,7 @@ pub fn prepare(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: 8 });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
     // A target of 1e-9 leaves nothing out.
-    let plan = plan::plan(&scene, effects, 1e-9, sampling.wavelengths_m.len()).expect("the scene can be planned");
+    let plan = plan::plan(&scene, effects, 1e-9, sampling.wavelengths_m.len());
     Prepared::new(scene, &plan, &sampling, None, &mut |_| {}).expect("the scene can be prepared")
 }
 

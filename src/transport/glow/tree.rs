@@ -1,0 +1,228 @@
+//! The glow tree: sources in nodes of eight, each with what a distant point needs to know of it.
+//!
+//! Coordinates are f32 in units of the cloud's extent about its middle; f64 returns wherever single sources count.
+//! Legend: W, light that is scattered in all, as decisions weigh wavelengths; centroid, variance per axis and reach of
+//! the sources, weighted by it; n, sources of equal weight that would vary as much.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::sources::{LEAF, Slot};
+
+/// Eight nodes side by side: children of one node, or single sources.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Octet {
+    pub x: [f32; LEAF],
+    pub y: [f32; LEAF],
+    pub z: [f32; LEAF],
+    pub variance: [f32; LEAF],
+    /// No source is farther from the centroid; for a single droplet its drawn radius.
+    pub reach: [f32; LEAF],
+    pub weight: [f32; LEAF],
+    /// 1 / n.
+    pub graininess: [f32; LEAF],
+    /// Octets, or slots of sources.
+    pub child: [u32; LEAF],
+    /// Where the rows of its nodes stand.
+    pub rows: u32,
+    pub count: u8,
+    pub is_leaf: bool,
+}
+
+/// What a source or all sources below a node amount to.
+#[derive(Clone, Debug)]
+pub(super) struct Summary {
+    pub weight: f64,
+    pub center: DVec3,
+    /// Sum over the axes of the second moment about the centre, times weight.
+    pub moment: f64,
+    pub squares: f64,
+    pub reach: f64,
+    /// Scattered light by sun and wavelength.
+    pub colour: Vec<f64>,
+    /// Deviations of the phase function, times weight.
+    pub mix: Vec<f64>,
+}
+
+/// The tree; rows of colours and deviations stand apart, one per node, by octet and place in it.
+#[derive(Default)]
+pub(super) struct Tree {
+    pub octets: Vec<Octet>,
+    pub colours: Vec<f32>,
+    pub mixes: Vec<f32>,
+    /// Nodes above single sources.
+    n_inner: usize,
+}
+
+/// Sorts positions so that every run of eight, sixty-four and so on of the tree lies together.
+pub(super) fn sort_for_tree(items: &mut [([f32; 3], Slot)]) {
+    if items.len() <= LEAF {
+        return;
+    }
+    let (low, high) = bounds(items);
+    let axis = (0..3).max_by(|a, b| (high[*a] - low[*a]).total_cmp(&(high[*b] - low[*b]))).unwrap_or(0);
+    let middle = middle_of(items.len());
+    items.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then_with(|| a.1.body.cmp(&b.1.body)));
+    let (left, right) = items.split_at_mut(middle);
+    if left.len() > 4096 {
+        rayon::join(|| sort_for_tree(left), || sort_for_tree(right));
+    } else {
+        sort_for_tree(left);
+        sort_for_tree(right);
+    }
+}
+
+fn bounds(items: &[([f32; 3], Slot)]) -> ([f32; 3], [f32; 3]) {
+    let unite = |(a, b): ([f32; 3], [f32; 3]), (c, d): ([f32; 3], [f32; 3])| {
+        ([0, 1, 2].map(|i| a[i].min(c[i])), [0, 1, 2].map(|i| b[i].max(d[i])))
+    };
+    let empty = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    let of = |part: &[([f32; 3], Slot)]| part.iter().fold(empty, |sum, (p, _)| unite(sum, (*p, *p)));
+    if items.len() < 1 << 16 { of(items) } else { items.par_chunks(1 << 14).map(of).reduce(|| empty, unite) }
+}
+
+/// Where a run is halved: so that leaves come out full.
+fn middle_of(len: usize) -> usize {
+    (len / 2).next_multiple_of(LEAF).min(len.next_multiple_of(LEAF) - LEAF)
+}
+
+/// The parts of a run that become the children of one node.
+fn eighths(len: usize) -> Vec<std::ops::Range<usize>> {
+    let mut parts = vec![0..len];
+    for _ in 0..3 {
+        parts = parts
+            .into_iter()
+            .flat_map(|part| {
+                if part.len() <= LEAF {
+                    return vec![part];
+                }
+                let middle = part.start + middle_of(part.len());
+                vec![part.start..middle, middle..part.end]
+            })
+            .collect();
+    }
+    parts
+}
+
+impl Tree {
+    /// Builds the tree over sorted sources; `summarise` describes one of them.
+    pub fn build(n_sources: usize, summarise: &impl Fn(usize) -> Summary) -> (Self, Option<Summary>) {
+        let mut tree = Self::default();
+        if n_sources == 0 {
+            return (tree, None);
+        }
+        let (_, root) = tree.add(0..n_sources, summarise);
+        (tree, Some(root))
+    }
+
+    /// Adds the octet of a run and all below it; returns its place.
+    fn add(&mut self, run: std::ops::Range<usize>, summarise: &impl Fn(usize) -> Summary) -> (u32, Summary) {
+        let place = self.octets.len();
+        self.octets.push(Octet::default());
+        let is_leaf = run.len() <= LEAF;
+        let children: Vec<(u32, Summary)> = if is_leaf {
+            run.map(|slot| (slot as u32, summarise(slot))).collect()
+        } else {
+            let parts = eighths(run.len()).into_iter();
+            parts.map(|part| self.add(run.start + part.start..run.start + part.end, summarise)).collect()
+        };
+        let mut octet = Octet { count: children.len() as u8, is_leaf, ..Octet::default() };
+        for (k, (child, summary)) in children.iter().enumerate() {
+            octet.set(k, *child, summary);
+        }
+        if !is_leaf {
+            octet.rows = self.store_rows(&children);
+        }
+        self.octets[place] = octet;
+        (place as u32, merge(&children))
+    }
+
+    /// Only nodes above single sources have rows; these know their bins.
+    fn store_rows(&mut self, children: &[(u32, Summary)]) -> u32 {
+        let first = self.n_inner * LEAF;
+        self.n_inner += 1;
+        let (n_colours, n_mixes) = (children[0].1.colour.len(), children[0].1.mix.len());
+        self.colours.resize((first + LEAF) * n_colours, 0.0);
+        self.mixes.resize((first + LEAF) * n_mixes, 0.0);
+        for (k, (_, summary)) in children.iter().enumerate() {
+            let node = first + k;
+            let colours = &mut self.colours[node * n_colours..(node + 1) * n_colours];
+            colours.iter_mut().zip(&summary.colour).for_each(|(to, from)| *to = *from as f32);
+            let scale = if summary.weight > 0.0 { 1.0 / summary.weight } else { 0.0 };
+            let mixes = &mut self.mixes[node * n_mixes..(node + 1) * n_mixes];
+            mixes.iter_mut().zip(&summary.mix).for_each(|(to, from)| *to = (from * scale) as f32);
+        }
+        first as u32
+    }
+
+    /// Memory, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.octets[..]) + size_of_val(&self.colours[..]) + size_of_val(&self.mixes[..])
+    }
+}
+
+impl Octet {
+    fn set(&mut self, k: usize, child: u32, summary: &Summary) {
+        let weight = summary.weight.max(f64::MIN_POSITIVE);
+        (self.x[k], self.y[k], self.z[k]) = (summary.center.x as f32, summary.center.y as f32, summary.center.z as f32);
+        self.variance[k] = (summary.moment / (3.0 * weight)) as f32;
+        self.reach[k] = summary.reach as f32;
+        self.weight[k] = summary.weight as f32;
+        self.graininess[k] = (summary.squares / (weight * weight)).min(1.0) as f32;
+        self.child[k] = child;
+    }
+}
+
+/// What all children together amount to.
+fn merge(children: &[(u32, Summary)]) -> Summary {
+    let weight: f64 = children.iter().map(|(_, child)| child.weight).sum();
+    let even = 1.0 / children.len() as f64;
+    // Sources in full shade still need a place.
+    let part = |child: &Summary| if weight > 0.0 { child.weight / weight } else { even };
+    let center: DVec3 = children.iter().map(|(_, child)| part(child) * child.center).sum();
+    let sum = |of: &dyn Fn(&Summary) -> &[f64]| -> Vec<f64> {
+        let mut total = vec![0.0; of(&children[0].1).len()];
+        for (_, child) in children {
+            total.iter_mut().zip(of(child)).for_each(|(total, value)| *total += value);
+        }
+        total
+    };
+    Summary {
+        weight,
+        center,
+        moment: children.iter().map(|(_, c)| c.moment + c.weight * (c.center - center).length_squared()).sum(),
+        squares: children.iter().map(|(_, child)| child.squares).sum(),
+        reach: children.iter().map(|(_, c)| c.reach + (c.center - center).length()).fold(0.0, f64::max),
+        colour: sum(&|child| &child.colour),
+        mix: sum(&|child| &child.mix),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_are_full_but_one() {
+        for len in [1, 7, 8, 9, 64, 65, 1000, 4097] {
+            let one = |i: usize| Summary {
+                weight: 1.0,
+                center: DVec3::splat(i as f64),
+                moment: 0.0,
+                squares: 1.0,
+                reach: 0.0,
+                colour: vec![1.0],
+                mix: vec![],
+            };
+            let (tree, root) = Tree::build(len, &one);
+            let leaves: Vec<usize> = tree.octets.iter().filter(|o| o.is_leaf).map(|o| usize::from(o.count)).collect();
+            assert_eq!(leaves.iter().sum::<usize>(), len);
+            assert_eq!(leaves.len(), len.div_ceil(LEAF), "{len}: {leaves:?}");
+            let root = root.unwrap();
+            assert_eq!((root.weight, root.colour[0], root.squares), (len as f64, len as f64, len as f64));
+            assert!((root.center.x - (len as f64 - 1.0) / 2.0).abs() < 1e-9);
+            let variance = (len * len - 1) as f64 / 12.0;
+            assert!((root.moment - 3.0 * variance * len as f64).abs() < 1e-6 * root.moment.max(1.0));
+        }
+    }
+}

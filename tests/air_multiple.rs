@@ -1,0 +1,89 @@
+//! Light that air and droplets scatter one after the other: furnaces, air against fog, chains against none.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::*;
+use glam::DVec3;
+use mie_cloud::optics::phase_model::PhaseModel;
+use mie_cloud::scene::model::{FogBalls, FogDensity, Scene};
+use mie_cloud::scene::settings::{AirPhase, Effect, Switch};
+
+/// Rationale: what neither absorbs nor emits cannot be seen in surroundings of one radiance, whatever takes turns to scatter.
+/// Set-up: white air, alone and with a box, parcels and droplets in it, a constant background, no sun. Expected: the background.
+#[test]
+fn white_air_and_clouds_vanish_in_a_furnace() {
+    let forms: [fn(&mut Scene); 3] = [
+        |_| {},
+        |scene| scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::new(1.0, 2.0, 0.5), 2.0)],
+        |scene| {
+            let at = |i: i32| DVec3::new(f64::from(i % 5), f64::from(i / 5 % 5), f64::from(i / 25)) / 2.5 - 1.0;
+            scene.particles = (0..125).map(|i| droplet(at(i), 0.1, 5e-6)).collect();
+            scene.particles.push(parcel(DVec3::ZERO, 1.0, 2e10));
+        },
+    ];
+    for (i, form) in forms.into_iter().enumerate() {
+        let mut scene = empty_scene();
+        form(&mut scene);
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.8) });
+        with_air(&mut scene, 0.2, 0.0, 12.0, 2.0);
+        scene.settings.atmosphere.phase = AirPhase::HenyeyGreenstein { g: 0.5 };
+        scene.classes[0].albedo = Some(1.0);
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.8);
+        scene.settings.background.radiance = [0.5; 3];
+        scene.suns[0].lux = 0.0;
+        let (mean, error) = mean_and_error(&render_scene(scene, 800, 3));
+        assert!((mean - 0.5).abs() < 4.0 * error, "form {i}: {mean} +- {error}");
+        assert!(error < 0.004, "form {i}: {error}");
+    }
+}
+
+/// Rationale: sunlight reaches the air unweakened, so air is a ball of fog whose droplets cast no shadows. Set-up: both, about the
+/// camera, with the same coefficients. Expected: the same radiance, in the air's and in the droplets' layers.
+#[test]
+fn air_is_a_ball_of_fog_without_shadows() {
+    let (radius_m, scattering_per_m, absorption_per_m) = (2.0, 0.6, 0.2);
+    let mut air = empty_scene();
+    with_air(&mut air, scattering_per_m, absorption_per_m, radius_m, 0.5);
+    air.settings.atmosphere.phase = AirPhase::HenyeyGreenstein { g: 0.4 };
+    air.camera = orthographic(DVec3::ZERO, 0.01);
+    let mut fog = air.clone();
+    fog.settings.atmosphere.scattering_per_m = 0.0;
+    fog.settings.atmosphere.absorption_per_m = 0.0;
+    with_phase(&mut fog, PhaseModel::HenyeyGreenstein { g: Some(0.4) });
+    fog.classes[0].albedo = Some(scattering_per_m / (scattering_per_m + absorption_per_m));
+    let density = FogDensity::ExtinctionPerM(scattering_per_m + absorption_per_m);
+    fog.particles = vec![parcel(DVec3::ZERO, radius_m, 1.0)];
+    fog.fog_balls = vec![FogBalls { particles: 0..1, density }];
+    let no_shadows = BTreeMap::from([(Effect::Shadows, Switch::Off)]);
+    let of_air = render_with(air, 4000, 1, &no_shadows);
+    let of_fog = render_with(fog, 4000, 2, &no_shadows);
+    let ((air_mean, air_error), (fog_mean, fog_error)) = (mean_and_error(&of_air), mean_and_error(&of_fog));
+    let error = air_error.hypot(fog_error);
+    assert!((air_mean - fog_mean).abs() < 4.0 * error, "{air_mean} {fog_mean} +- {error}");
+    assert!(error < 0.01 * fog_mean, "{error} of {fog_mean}");
+    for (in_air, in_fog) in [("airlight.G", "direct.G"), ("air_multiple.G", "multiple.G")] {
+        let (a, b) = (mean_of(&of_air, in_air), mean_of(&of_fog, in_fog));
+        assert!((a / b - 1.0).abs() < 0.02, "{in_air} {a}, {in_fog} {b}");
+    }
+}
+
+/// Rationale: chains of small turns toward the sun start at collisions with the air too. Set-up: parcels with a sharp phase function in
+/// air, with and without chains. Expected: the same light between air and droplets.
+#[test]
+fn chains_from_the_air_change_the_noise_and_not_the_mean() {
+    let mut scene = empty_scene();
+    scene.particles = vec![parcel(DVec3::ZERO, 1.0, 3e10), parcel(DVec3::new(1.0, 0.5, -1.0), 0.8, 2e10)];
+    with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.8) });
+    with_air(&mut scene, 0.1, 0.02, 15.0, 2.0);
+    scene.suns = vec![sun(DVec3::new(1.0, -0.5, 0.2))];
+    let effects = BTreeMap::from([(Effect::Glow, Switch::Off)]);
+    let with = render_prepared(&prepare(scene.clone(), &effects), 4000, 1);
+    let without = render_prepared(&prepare(scene, &effects).without_chains(), 8000, 2);
+    let light = |outcome| mean_of(outcome, "air_multiple.G");
+    let (a, b) = (mean_and_error(&with), mean_and_error(&without));
+    let error = a.1.hypot(b.1);
+    assert!((light(&with) - light(&without)).abs() < 4.0 * error, "{} {} +- {error}", light(&with), light(&without));
+    assert!(error < 0.02 * light(&with), "{error} of {}", light(&with));
+}
