@@ -55,8 +55,13 @@ fn read_accessor(document: &Value, buffer: &[u8], index: &Value) -> Vec<f32> {
 
 #[test]
 fn a_seed_is_a_file() {
-    for (kind, form) in [(ParticleKind::Droplet, Form::Points), (ParticleKind::Parcel, Form::Instances)] {
-        let recipe = Recipe { count: 500, kind, form, patchiness: 0.5, ..Recipe::new(shape("ball", &[10.0])) };
+    for (name, kind, form) in [
+        ("ball", ParticleKind::Droplet, Form::Points),
+        ("ball", ParticleKind::Parcel, Form::Instances),
+        ("cumulus", ParticleKind::Parcel, Form::Points),
+        ("puff", ParticleKind::Droplet, Form::Points),
+    ] {
+        let recipe = Recipe { count: 500, kind, form, patchiness: 0.5, ..Recipe::new(shape(name, &[10.0])) };
         assert_eq!(glb(&make(&recipe)), glb(&make(&recipe)));
         let other = make(&Recipe { seed: 1, ..recipe.clone() });
         assert_ne!(make(&recipe).positions, other.positions);
@@ -69,12 +74,14 @@ fn a_seed_is_a_file() {
 #[test]
 fn a_cloud_is_the_same_for_any_number_of_threads() {
     let recipe = Recipe { count: 150_000, patchiness: 0.3, ..Recipe::new(shape("ball", &[1.0])) };
-    let with_threads = |n| {
+    let with_threads = |n, recipe: &Recipe| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
-        pool.install(|| make(&recipe))
+        pool.install(|| make(recipe))
     };
-    let cloud = with_threads(1);
-    assert_eq!(cloud, with_threads(3));
+    let cloud = with_threads(1, &recipe);
+    assert_eq!(cloud, with_threads(3, &recipe));
+    let cumulus = Recipe { kind: ParticleKind::Parcel, ..Recipe::new(shape("cumulus", &[1000.0])) };
+    assert_eq!(with_threads(1, &cumulus), with_threads(3, &cumulus));
     // The blocks that threads take are not copies of each other.
     let mut positions: Vec<_> = cloud.positions.iter().map(|p| p.map(f32::to_bits)).collect();
     positions.sort_unstable();
@@ -194,6 +201,8 @@ fn the_scene_reader_finds_what_was_generated() {
         (ParticleKind::Parcel, Form::Instances, "ball"),
         (ParticleKind::Droplet, Form::Points, "droplet"),
         (ParticleKind::Parcel, Form::Instances, "droplet"),
+        (ParticleKind::Parcel, Form::Points, "cumulus"),
+        (ParticleKind::Droplet, Form::Instances, "puff"),
     ] {
         let recipe = Recipe { count: 700, kind, form, ..Recipe::new(shape(name, &[3.0])) };
         let cloud = make(&recipe);

@@ -47,6 +47,10 @@ for form in points instances; do
                 --distribution gamma:reff=6um,veff=0.1
             make "slab-$kind-$form.$container" 500 $kind $form --shape slab --size 2km,100m,2km \
                 --distribution lognormal:rg=3um,sigma=0.4 --liquid-water 0.2g/m3
+            make "cumulus-$kind-$form.$container" 1000 $kind $form --shape cumulus --size 1km \
+                --distribution gamma:reff=10um,veff=0.1 --optical-depth 30
+            make "puff-$kind-$form.$container" 1000 $kind $form --shape puff --size 1m,2m,1m \
+                --distribution mono:r=5um --optical-depth 2
             make "droplet-$kind-$form.$container" 1 $kind $form --shape droplet --size 1m \
                 --distribution mono:r=10um
         done

@@ -146,21 +146,27 @@ pub(super) fn cross_sphere(ray: &LocalRay, center: DVec3, radius_m: f64) -> Opti
 }
 
 /// Where a ray crosses an oriented box about `center`.
-#[inline]
+#[inline(always)]
 pub(super) fn cross_box(ray: &LocalRay, center: DVec3, shape: &BoxShape) -> Option<(f64, f64)> {
     let o = shape.cube_from_local * (ray.origin - center);
     let d = shape.cube_from_local * ray.direction;
-    let (mut t0, mut t1) = (f64::NEG_INFINITY, f64::INFINITY);
-    for axis in 0..3 {
-        if d[axis] == 0.0 {
-            if o[axis].abs() > 1.0 {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = ((-1.0 - o[axis]) / d[axis], (1.0 - o[axis]) / d[axis]);
-        t0 = t0.max(a.min(b));
-        t1 = t1.min(a.max(b));
-    }
+    let (t0, t1) = slabs(-1.0 - o, 1.0 - o, d)?;
     (t0 < t1).then_some((t0, t1))
+}
+
+/// Where a ray from the origin enters and leaves the slabs between two corners, the first below the second; `None` where it
+/// runs beside one.
+#[inline(always)]
+pub(super) fn slabs(lower: DVec3, upper: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+    let (a, b) = (lower / direction, upper / direction);
+    let (mut near, mut far) = (a.min(b), a.max(b));
+    let parallel = direction.cmpeq(DVec3::ZERO);
+    if parallel.any() {
+        if (parallel & (lower.cmpgt(DVec3::ZERO) | upper.cmplt(DVec3::ZERO))).any() {
+            return None;
+        }
+        near = DVec3::select(parallel, DVec3::NEG_INFINITY, near);
+        far = DVec3::select(parallel, DVec3::INFINITY, far);
+    }
+    Some((near.max_element(), far.min_element()))
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::ray::Ray;
 
-use super::body::LocalRay;
+use super::body::{LocalRay, slabs};
 
 /// Size of the cloud in the tree's units. At 2^20, the distance of 1e-4 below which obvhs drops hits is 1e-10 of the
 /// cloud, far inside the padding.
@@ -47,26 +47,17 @@ impl CloudFrame {
     }
 
     /// The part of `from..to` along the ray that lies in the cloud's bounds, with a margin.
+    #[inline(always)]
     pub fn clip(&self, ray: &LocalRay, from: f64, to: f64) -> Option<(f64, f64)> {
         let margin = DVec3::splat(PADDING / self.tree_per_m);
-        let (lo, hi) = (self.min - margin - ray.origin, self.max + margin - ray.origin);
-        let (mut t0, mut t1) = (from, to);
-        for axis in 0..3 {
-            let d = ray.direction[axis];
-            if d == 0.0 {
-                if lo[axis] > 0.0 || hi[axis] < 0.0 {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = (lo[axis] / d, hi[axis] / d);
-            t0 = t0.max(a.min(b));
-            t1 = t1.min(a.max(b));
-        }
+        let (lower, upper) = (self.min - margin - ray.origin, self.max + margin - ray.origin);
+        let (near, far) = slabs(lower, upper, ray.direction)?;
+        let (t0, t1) = (from.max(near), to.min(far));
         (t0 <= t1).then_some((t0, t1))
     }
 
     /// The tree's ray from distance `from` to distance `to`, m.
+    #[inline(always)]
     pub fn tree_ray(&self, ray: &LocalRay, from: f64, to: f64) -> Ray {
         let origin = ((ray.origin + from * ray.direction) * self.tree_per_m).as_vec3a();
         // Adding zero turns -0.0 into 0.0: obvhs takes the sign of the inverse from one and the order of the planes

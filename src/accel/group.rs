@@ -10,31 +10,60 @@ use super::body::{Body, BodyKind};
 const BITS: u32 = 20;
 
 /// Sorts bodies along a Morton curve, merges identical ones, and returns the first body of each group, one more at the
-/// end.
+/// end. Works in place: there may be as many bodies as memory holds.
 pub(super) fn group_coincident(bodies: &mut Vec<Body>, min: DVec3, max: DVec3) -> Vec<u32> {
-    let cells_per_m = f64::from(1u32 << BITS) / (max - min).max_element().max(f64::MIN_POSITIVE);
-    let mut keyed: Vec<(u64, Body)> =
-        bodies.par_iter().map(|body| (morton((body.center - min) * cells_per_m), *body)).collect();
-    keyed.par_sort_unstable_by_key(|(key, body)| (*key, body.sort_key()));
-    let mut group_start = Vec::with_capacity(keyed.len() + 1);
+    let mut keys: Vec<(u64, u32)> =
+        bodies.par_iter().enumerate().map(|(i, body)| (morton_key(body.center, min, max), i as u32)).collect();
+    keys.par_sort_unstable_by(|a, b| {
+        let by_body = || bodies[a.1 as usize].sort_key().cmp(&bodies[b.1 as usize].sort_key());
+        a.0.cmp(&b.0).then_with(by_body)
+    });
+    permute(bodies, &mut keys);
+    let mut group_start: Vec<u32> = Vec::with_capacity(keys.len() + 1);
     let mut last_key = None;
     // A million f32 additions would lose a percent.
     let mut load = 0.0f64;
-    bodies.clear();
-    for (key, body) in keyed {
+    let mut kept = 0;
+    for (read, (key, _)) in keys.iter().enumerate() {
+        let body = bodies[read];
         if last_key != Some(key) {
-            group_start.push(bodies.len() as u32);
+            group_start.push(kept as u32);
             last_key = Some(key);
-        } else if let Some(previous) = bodies.last_mut().filter(|previous| mergeable(previous, &body)) {
+        } else if mergeable(&bodies[kept - 1], &body) {
             load += f64::from(body.load);
-            previous.load = load.min(f64::from(f32::MAX)) as f32;
+            bodies[kept - 1].load = load.min(f64::from(f32::MAX)) as f32;
             continue;
         }
         load = f64::from(body.load);
-        bodies.push(body);
+        bodies[kept] = body;
+        kept += 1;
     }
-    group_start.push(bodies.len() as u32);
+    bodies.truncate(kept);
+    group_start.push(kept as u32);
     group_start
+}
+
+/// Brings the bodies into the order of the indices beside the keys, cycle by cycle; the indices are used up.
+fn permute(bodies: &mut [Body], keys: &mut [(u64, u32)]) {
+    for first in 0..keys.len() {
+        let displaced = bodies[first];
+        let mut to = first;
+        loop {
+            let from = std::mem::replace(&mut keys[to].1, to as u32) as usize;
+            if from == first {
+                bodies[to] = displaced;
+                break;
+            }
+            bodies[to] = bodies[from];
+            to = from;
+        }
+    }
+}
+
+/// Place of a centre on the Morton curve through the cells on which centres coincide.
+pub(super) fn morton_key(center: DVec3, min: DVec3, max: DVec3) -> u64 {
+    let cells_per_m = f64::from(1u32 << BITS) / (max - min).max_element().max(f64::MIN_POSITIVE);
+    morton((center - min) * cells_per_m)
 }
 
 /// Identical droplets are one that is met several times; identical balls are one as dense as all of them.

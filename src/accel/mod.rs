@@ -7,7 +7,9 @@ mod body;
 mod build;
 mod frame;
 mod group;
+mod node;
 mod query;
+mod tree;
 mod walk;
 
 pub use body::{Body, BodyKind, BoxShape, Crossing, LocalRay};
@@ -15,7 +17,7 @@ pub use query::Hit;
 
 use frame::CloudFrame;
 use glam::{DMat3, DVec3};
-use obvhs::cwbvh::CwBvh;
+use node::Node;
 use walk::Walker;
 
 /// A body before it is placed: what the rest of the program knows of it.
@@ -53,13 +55,14 @@ pub struct Accel {
     boxes: Vec<BoxShape>,
     /// First body of each primitive of the tree, one more at the end; empty where every primitive is one body.
     group_start: Vec<u32>,
-    /// `None` where so few bodies exist that testing them all is faster.
-    tree: Option<CwBvh>,
+    /// The tree, its root first; empty where so few bodies exist that testing them all is faster.
+    nodes: Vec<Node>,
     walker: Walker,
 }
 
-/// At most this many bodies are tested one by one: a tree of one node costs as much as five sphere tests.
-const LINEAR_LIMIT: usize = 4;
+/// At most this many bodies are tested one by one: entering a tree of two nodes costs as much as 30 sphere tests, or ten
+/// of boxes.
+const LINEAR_LIMIT: usize = 16;
 
 impl Accel {
     /// The same, walked as on a processor without vector instructions; for tests and measurements.
@@ -120,7 +123,7 @@ impl Accel {
 
     /// Bytes held by the tree.
     pub fn tree_bytes(&self) -> usize {
-        self.tree.as_ref().map_or(0, |tree| size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..]))
+        size_of_val(&self.nodes[..])
     }
 
     /// World-space bounds of everything, m; `None` where there is nothing.

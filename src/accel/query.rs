@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::Accel;
 use super::body::{Body, BodyKind, Crossing, LocalRay, cross_box, cross_sphere};
+use super::walk::Visitor;
 
 /// The nearest event of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,45 +28,23 @@ impl Accel {
     /// The first event beyond (`from`, `after_id`), in the order of distance and then of body number.
     ///
     /// `event` gives the distance at which a body acts on the ray, if it does: a certain hit, or one drawn at random.
-    pub fn closest<F>(&self, ray: &LocalRay, from: f64, after_id: Option<u32>, mut event: F) -> Option<Hit>
+    pub fn closest<F>(&self, ray: &LocalRay, from: f64, after_id: Option<u32>, event: F) -> Option<Hit>
     where
         F: FnMut(&Body, Crossing) -> Option<f64>,
     {
-        let mut best: Option<Hit> = None;
-        let is_after = |t: f64, id: u32| t > from || (t == from && after_id.is_some_and(|after| id > after));
-        let mut test = |index: usize| -> Option<f64> {
-            let body = &self.bodies[index];
-            let crossing = self.cross(ray, body)?;
-            if crossing.end() < from || best.is_some_and(|b| crossing.start() > b.t_m) {
-                return None;
-            }
-            let t_m = event(body, crossing)?;
-            let nearer = best.is_none_or(|b| (t_m, body.id) < (b.t_m, b.id));
-            if !(nearer && is_after(t_m, body.id)) {
-                return None;
-            }
-            best = Some(Hit { t_m, index: index as u32, id: body.id });
-            Some(t_m)
-        };
-        let Some(tree) = &self.tree else {
-            for index in 0..self.bodies.len() {
-                test(index);
-            }
-            return best;
-        };
-        let (entry, exit) = self.frame.clip(ray, from, f64::INFINITY)?;
-        let tree_ray = self.frame.tree_ray(ray, entry, exit);
-        self.walker.walk(tree, tree_ray, |primitive, tmax| {
-            for index in self.members(primitive) {
-                if let Some(t_m) = test(index) {
-                    *tmax = tmax.min(self.frame.tree_distance(t_m - entry));
-                }
-            }
-        });
-        best
+        let mut search = Closest { accel: self, ray, from, after_id, event, entry: 0.0, best: None };
+        if self.nodes.is_empty() {
+            (0..self.bodies.len()).for_each(|index| _ = search.test(index));
+        } else {
+            let (entry, exit) = self.frame.clip(ray, from, f64::INFINITY)?;
+            search.entry = entry;
+            self.walker.walk(&self.nodes, &self.frame.tree_ray(ray, entry, exit), &mut search);
+        }
+        search.best
     }
 
     /// Calls `visit` for every body whose crossing reaches into `from..to`, in no particular order.
+    #[inline]
     pub fn all<F>(&self, ray: &LocalRay, from: f64, to: f64, mut visit: F)
     where
         F: FnMut(&Body, Crossing),
@@ -77,28 +56,17 @@ impl Accel {
     }
 
     /// As `all`, until `visit` breaks off.
+    #[inline]
     pub fn all_until<F>(&self, ray: &LocalRay, from: f64, to: f64, mut visit: F)
     where
         F: FnMut(&Body, Crossing) -> ControlFlow<()>,
     {
-        let Some(tree) = &self.tree else {
+        if self.nodes.is_empty() {
             let _ = self.bodies.iter().try_for_each(|body| self.visit_within(ray, from, to, body, &mut visit));
-            return;
-        };
-        let Some((entry, exit)) = self.frame.clip(ray, from, to) else { return };
-        let tree_ray = self.frame.tree_ray(ray, entry, exit);
-        self.walker.walk(tree, tree_ray, |primitive, tmax| {
-            // A ray that has been cut off still meets the other bodies of its node.
-            if *tmax < 0.0 {
-                return;
-            }
-            for body in &self.bodies[self.members(primitive)] {
-                if self.visit_within(ray, from, to, body, &mut visit).is_break() {
-                    *tmax = f32::NEG_INFINITY;
-                    return;
-                }
-            }
-        });
+        } else if let Some((entry, exit)) = self.frame.clip(ray, from, to) {
+            let tree_ray = self.frame.tree_ray(ray, entry, exit);
+            self.walker.walk(&self.nodes, &tree_ray, All { accel: self, ray, from, to, visit });
+        }
     }
 
     /// Calls `visit` if the body's crossing reaches into `from..to`.
@@ -114,7 +82,7 @@ impl Accel {
     }
 
     /// The bodies of one primitive of the tree.
-    #[inline]
+    #[inline(always)]
     fn members(&self, primitive: usize) -> std::ops::Range<usize> {
         if self.group_start.is_empty() {
             return primitive..primitive + 1;
@@ -136,6 +104,74 @@ impl Accel {
             }),
             BodyKind::Box => {
                 cross_box(ray, body.center, &self.boxes[body.box_index()]).map(|(t0, t1)| Crossing::Chord(t0, t1))
+            }
+        }
+    }
+}
+
+/// Looks for the first event.
+struct Closest<'a, F> {
+    accel: &'a Accel,
+    ray: &'a LocalRay,
+    from: f64,
+    after_id: Option<u32>,
+    event: F,
+    /// Where the tree's ray begins.
+    entry: f64,
+    best: Option<Hit>,
+}
+
+impl<F: FnMut(&Body, Crossing) -> Option<f64>> Closest<'_, F> {
+    /// The distance of a body's event, if it is the first so far.
+    #[inline(always)]
+    fn test(&mut self, index: usize) -> Option<f64> {
+        let body = &self.accel.bodies[index];
+        let crossing = self.accel.cross(self.ray, body)?;
+        if crossing.end() < self.from || self.best.is_some_and(|best| crossing.start() > best.t_m) {
+            return None;
+        }
+        let t_m = (self.event)(body, crossing)?;
+        let is_after = t_m > self.from || (t_m == self.from && self.after_id.is_some_and(|after| body.id > after));
+        let is_nearer = self.best.is_none_or(|best| (t_m, body.id) < (best.t_m, best.id));
+        if !(is_nearer && is_after) {
+            return None;
+        }
+        self.best = Some(Hit { t_m, index: index as u32, id: body.id });
+        Some(t_m)
+    }
+}
+
+impl<F: FnMut(&Body, Crossing) -> Option<f64>> Visitor for &mut Closest<'_, F> {
+    #[inline(always)]
+    fn visit(&mut self, primitive: usize, tmax: &mut f32) {
+        for index in self.accel.members(primitive) {
+            if let Some(t_m) = self.test(index) {
+                *tmax = tmax.min(self.accel.frame.tree_distance(t_m - self.entry));
+            }
+        }
+    }
+}
+
+/// Looks at everything between two distances.
+struct All<'a, F> {
+    accel: &'a Accel,
+    ray: &'a LocalRay,
+    from: f64,
+    to: f64,
+    visit: F,
+}
+
+impl<F: FnMut(&Body, Crossing) -> ControlFlow<()>> Visitor for All<'_, F> {
+    #[inline(always)]
+    fn visit(&mut self, primitive: usize, tmax: &mut f32) {
+        // A ray that has been cut off still meets the other bodies of its batch.
+        if *tmax < 0.0 {
+            return;
+        }
+        for body in &self.accel.bodies[self.accel.members(primitive)] {
+            if self.accel.visit_within(self.ray, self.from, self.to, body, &mut self.visit).is_break() {
+                *tmax = f32::NEG_INFINITY;
+                return;
             }
         }
     }

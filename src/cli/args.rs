@@ -195,12 +195,12 @@ pub struct GenerateArgs {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
     pub seed: u64,
-    /// Height of the sun above the horizon, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 25.0, allow_negative_numbers = true, help_heading = "View")]
-    pub sun_elevation: f64,
-    /// Where the sun stands, degrees: 0 behind the cloud, 90 to the left, 180 behind the camera
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, allow_negative_numbers = true, help_heading = "View")]
-    pub sun_azimuth: f64,
+    /// Height of the sun above the horizon, degrees [default: 25; cumulus 40]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
+    pub sun_elevation: Option<f64>,
+    /// Where the sun stands, degrees: 0 behind the cloud, 90 to the left, 180 behind the camera [default: 60; cumulus 115]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
+    pub sun_azimuth: Option<f64>,
     /// Position of the camera with its unit [default: one that frames the cloud]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, requires = "look_at", help_heading = "View")]
     pub camera_position: Option<[f64; 3]>,

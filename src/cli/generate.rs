@@ -79,9 +79,9 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
         view: View {
             camera: camera.map(|(position_m, target_m)| CameraPlacement { position_m, target_m }),
             yfov_deg: args.yfov,
-            sun_elevation_deg: args.sun_elevation,
-            sun_azimuth_deg: args.sun_azimuth,
-            ..View::default()
+            sun_elevation_deg: args.sun_elevation.unwrap_or(defaults.view.sun_elevation_deg),
+            sun_azimuth_deg: args.sun_azimuth.unwrap_or(defaults.view.sun_azimuth_deg),
+            ..defaults.view
         },
         settings: settings(args)?,
         ..defaults

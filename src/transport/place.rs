@@ -27,7 +27,8 @@ fn fog_size(fog: &FogBox) -> DropletSize {
     DropletSize { class: fog.class, radius_m: fog.droplet_radius_m.unwrap_or(0.0) as f32, count: 1.0 }
 }
 
-/// Bodies of droplets and parcels; those that `resolution` resolves are glass. `scene.fill_fog` must have been called.
+/// Bodies of droplets and parcels; those that `resolution` resolves are glass. `scene.fill_fog` must have been called. They
+/// take the place of the particles in memory, being as large.
 pub(super) fn place_particles(
     particles: Vec<Particle>,
     bins: &BinPlan,
@@ -39,7 +40,7 @@ pub(super) fn place_particles(
         let placed = place_particle(&particle, bins, media);
         if is_glass { Placed { kind: BodyKind::Glass, ..placed } } else { placed }
     };
-    particles.into_par_iter().map(place).collect()
+    particles.into_iter().map(place).collect()
 }
 
 /// Balls of the droplets that are resolved. Their load is the ratio of own to drawn radius.

@@ -4,12 +4,11 @@ use std::f64::consts::PI;
 
 use super::cloud::Summary;
 use super::error::GenerateError;
-use super::noise::Patches;
+use super::place::{ParcelRadii, Parcels, Placed};
 use super::recipe::{Content, Recipe};
 use super::shape::CloudShape;
 use super::sizes::Sizes;
 use crate::optics::distribution::Shape;
-use crate::scene::model::ParticleKind;
 use crate::warning::Warning;
 
 /// Liquid water of radiation fog and small cumulus, g/m^3 (Hess, Koepke & Schult 1998: 0.06 to 0.3).
@@ -26,7 +25,6 @@ const PACKED_FRACTION: f64 = 0.64;
 
 /// What the particles hold.
 pub(super) struct Filling {
-    /// Drawn radii, m.
     pub radii: DrawnRadii,
     pub droplet_radii_um: Option<Vec<f32>>,
     pub droplet_counts: Option<Vec<f32>>,
@@ -35,10 +33,9 @@ pub(super) struct Filling {
 }
 
 /// How large particles are drawn.
-#[derive(Clone, Copy)]
 pub(super) enum DrawnRadii {
-    /// All alike, m.
-    Alike(f64),
+    /// As parcels.
+    Parcels(ParcelRadii),
     /// The droplets' own radii times this.
     Magnified(f64),
 }
@@ -46,24 +43,24 @@ pub(super) enum DrawnRadii {
 impl Filling {
     /// How far particles reach beyond the points at their centres, m.
     pub fn reach_m(&self) -> f64 {
-        match self.radii {
-            DrawnRadii::Alike(radius_m) => radius_m,
+        match &self.radii {
+            DrawnRadii::Parcels(radii) => radii.largest_m(),
             DrawnRadii::Magnified(times) => times * self.droplet_radii_um.as_deref().map_or(0.0, largest_m),
         }
     }
 }
 
-/// Fills the recipe's shape; `points` are the centres, in units of the half sizes.
-pub(super) fn fill(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<Filling, GenerateError> {
-    match (recipe.kind, recipe.shape) {
-        (ParticleKind::Droplet, CloudShape::Droplet { diameter_m }) => fill_one(recipe, sizes, diameter_m),
-        (ParticleKind::Droplet, _) => fill_droplets(recipe, sizes),
-        (ParticleKind::Parcel, _) => fill_parcels(recipe, sizes, points),
+/// Fills the particles that were placed with what the recipe asks for.
+pub(super) fn fill(recipe: &Recipe, sizes: &Sizes, placed: &mut Placed) -> Result<Filling, GenerateError> {
+    match (placed.parcels.take(), recipe.shape) {
+        (None, CloudShape::Droplet { diameter_m }) => fill_one(recipe, sizes, placed, diameter_m),
+        (None, _) => fill_droplets(recipe, sizes, placed),
+        (Some(parcels), _) => fill_parcels(recipe, sizes, placed, parcels),
     }
 }
 
 /// One droplet of the distribution's median radius, drawn as large as the shape.
-fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, GenerateError> {
+fn fill_one(recipe: &Recipe, sizes: &Sizes, placed: &Placed, diameter_m: f64) -> Result<Filling, GenerateError> {
     let radii_um = vec![(sizes.median_m() * 1e6) as f32];
     let magnification = 0.5 * diameter_m / largest_m(&radii_um);
     let mut warnings = Vec::new();
@@ -79,20 +76,20 @@ fn fill_one(recipe: &Recipe, sizes: &Sizes, diameter_m: f64) -> Result<Filling, 
             "use `--shape ball` for many, or `--count 1`",
         ));
     }
-    let water = volume_m3(&radii_um) / recipe.shape.volume_m3() * recipe.material.density_kg_per_m3() * 1e3;
-    let mut filling = magnified(recipe, sizes, radii_um, magnification, warnings)?;
+    let water = volume_m3(&radii_um) / placed.volume_m3 * recipe.material.density_kg_per_m3() * 1e3;
+    let mut filling = magnified(recipe, sizes, placed, radii_um, magnification, warnings)?;
     // However large it is drawn, it stands for itself.
     (filling.summary.droplets, filling.summary.liquid_water_g_per_m3) = (1.0, water);
     Ok(filling)
 }
 
-fn fill_droplets(recipe: &Recipe, sizes: &Sizes) -> Result<Filling, GenerateError> {
+fn fill_droplets(recipe: &Recipe, sizes: &Sizes, placed: &Placed) -> Result<Filling, GenerateError> {
     let radii_um = sizes.sample_um(recipe.count as usize, recipe.seed);
     let mut warnings = Vec::new();
-    let magnification = match wanted_extinction_m2(recipe, sizes, 0.0)? {
+    let magnification = match wanted_extinction_m2(recipe, sizes, placed)? {
         Some(extinction_m2) => (extinction_m2 / sizes.sum_c_ext_m2(&radii_um)?).sqrt(),
         None => {
-            warnings.extend(check_crowding(recipe, &radii_um)?);
+            warnings.extend(check_crowding(recipe, placed, &radii_um)?);
             1.0
         }
     };
@@ -106,13 +103,14 @@ fn fill_droplets(recipe: &Recipe, sizes: &Sizes) -> Result<Filling, GenerateErro
             "lower `--count`, or ask for more with `--liquid-water` or `--optical-depth`",
         ));
     }
-    magnified(recipe, sizes, radii_um, magnification, warnings)
+    magnified(recipe, sizes, placed, radii_um, magnification, warnings)
 }
 
 /// Droplets drawn at `magnification` times their own radii: each stands for that squared of its kind.
 fn magnified(
     recipe: &Recipe,
     sizes: &Sizes,
+    placed: &Placed,
     radii_um: Vec<f32>,
     magnification: f64,
     warnings: Vec<Warning>,
@@ -122,10 +120,10 @@ fn magnified(
     let summary = Summary {
         droplets: stands_for * radii_um.len() as f64,
         magnification,
-        liquid_water_g_per_m3: stands_for * volume_m3(&radii_um) / recipe.shape.volume_m3()
+        liquid_water_g_per_m3: stands_for * volume_m3(&radii_um) / placed.volume_m3
             * recipe.material.density_kg_per_m3()
             * 1e3,
-        ..optical_depths(&recipe.shape, 0.0, extinction_m2)
+        ..optical_depths(placed, extinction_m2)
     };
     Ok(Filling {
         radii: DrawnRadii::Magnified(magnification),
@@ -136,108 +134,89 @@ fn magnified(
     })
 }
 
-fn fill_parcels(recipe: &Recipe, sizes: &Sizes, points: &[[f32; 3]]) -> Result<Filling, GenerateError> {
-    let (radius_m, warning) = parcel_radius_m(recipe);
+fn fill_parcels(recipe: &Recipe, sizes: &Sizes, placed: &Placed, parcels: Parcels) -> Result<Filling, GenerateError> {
     let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3());
     let water = Content::LiquidWaterGPerM3(DEFAULT_LIQUID_WATER_G_PER_M3);
-    let extinction_m2 = match wanted_extinction_m2(recipe, sizes, radius_m)? {
+    let extinction_m2 = match wanted_extinction_m2(recipe, sizes, placed)? {
         Some(extinction_m2) => extinction_m2,
-        None => extinction_of(water, recipe, sizes, radius_m)?,
+        None => extinction_of(water, recipe, sizes, placed)?,
     };
     let droplets = extinction_m2 / c_ext_m2;
-    let droplet_counts = share_out(droplets, recipe, points)?;
+    let droplet_counts = share_out(droplets, &parcels.shares)?;
     // A table of sizes lives in a file of its own: there each parcel holds one size of it.
     let by_size = matches!(recipe.distribution.shape, Shape::Table { .. });
     let summary = Summary {
         droplets,
         magnification: 1.0,
-        liquid_water_g_per_m3: droplets * volume_m3 / recipe.shape.volume_m3()
-            * recipe.material.density_kg_per_m3()
-            * 1e3,
-        ..optical_depths(&recipe.shape, radius_m, extinction_m2)
+        liquid_water_g_per_m3: droplets * volume_m3 / placed.volume_m3 * recipe.material.density_kg_per_m3() * 1e3,
+        ..optical_depths(placed, extinction_m2)
     };
     Ok(Filling {
-        radii: DrawnRadii::Alike(radius_m),
-        droplet_radii_um: by_size.then(|| sizes.sample_um(points.len(), recipe.seed)),
+        warnings: check_smoothness(&parcels).into_iter().collect(),
+        radii: DrawnRadii::Parcels(parcels.radii),
+        droplet_radii_um: by_size.then(|| sizes.sample_um(placed.points.len(), recipe.seed)),
         droplet_counts: Some(droplet_counts),
         summary,
-        warnings: warning.into_iter().collect(),
     })
 }
 
-/// Droplets per parcel: even, or in proportion to the density of the patches at the parcel's centre.
-fn share_out(droplets: f64, recipe: &Recipe, points: &[[f32; 3]]) -> Result<Vec<f32>, GenerateError> {
-    let patches = Patches::new(recipe.seed, recipe.patchiness, recipe.shape.size_m());
-    let densities: Vec<f64> = points.iter().map(|point| patches.density(point.map(f64::from))).collect();
-    let each = droplets / densities.iter().sum::<f64>();
-    let thinnest = each * densities.iter().copied().fold(f64::INFINITY, f64::min);
-    let fullest = each * densities.iter().copied().fold(0.0, f64::max);
+/// Droplets per parcel, in proportion to their shares.
+fn share_out(droplets: f64, shares: &[f64]) -> Result<Vec<f32>, GenerateError> {
+    let each = droplets / shares.iter().sum::<f64>();
+    let thinnest = each * shares.iter().copied().fold(f64::INFINITY, f64::min);
+    let fullest = each * shares.iter().copied().fold(0.0, f64::max);
     // A parcel of one droplet or less would be read as a droplet.
     if thinnest <= 1.001 {
-        return Err(GenerateError::EmptyParcels { parcels: points.len() as u64, droplets });
+        return Err(GenerateError::EmptyParcels { parcels: shares.len() as u64, droplets });
     }
     if fullest > f64::from(f32::MAX) {
         return Err(GenerateError::FullParcels { droplets: fullest });
     }
-    Ok(densities.into_iter().map(|density| (each * density) as f32).collect())
+    Ok(shares.iter().map(|share| (each * share) as f32).collect())
 }
 
-/// The radius at which parcels overlap smoothly, but soften the shape's faces by no more than a quarter of its shortest side;
-/// one single parcel fills that side.
-fn parcel_radius_m(recipe: &Recipe) -> (f64, Option<Warning>) {
-    let (shape, count) = (&recipe.shape, recipe.particle_count() as f64);
-    if count == 1.0 {
-        return (0.5 * shape.shortest_m(), None);
-    }
-    let smooth_m = recipe.overlap * (shape.volume_m3() / count).cbrt();
-    let radius_m = smooth_m.min(0.25 * shape.shortest_m());
-    let overlapping = count * 4.0 / 3.0 * PI * radius_m.powi(3) / shape.volume_m3();
-    let warning = (radius_m < smooth_m && overlapping < MIN_OVERLAPPING).then(|| {
+fn check_smoothness(parcels: &Parcels) -> Option<Warning> {
+    let (count, overlapping) = (parcels.shares.len() as f64, parcels.overlapping);
+    (parcels.cramped && overlapping < MIN_OVERLAPPING).then(|| {
         Warning::new(
             format!("{count} parcels are too few to fill the shape smoothly"),
             format!("set `--count` to {:.0} or more", (count * MIN_OVERLAPPING / overlapping).ceil()),
         )
-    });
-    (radius_m, warning)
+    })
 }
 
 /// The sum of all extinction cross sections that the recipe asks for; `None` where it leaves it open.
-fn wanted_extinction_m2(recipe: &Recipe, sizes: &Sizes, ball_m: f64) -> Result<Option<f64>, GenerateError> {
+fn wanted_extinction_m2(recipe: &Recipe, sizes: &Sizes, placed: &Placed) -> Result<Option<f64>, GenerateError> {
     match recipe.content {
         Content::Default => Ok(None),
-        content => extinction_of(content, recipe, sizes, ball_m).map(Some),
+        content => extinction_of(content, recipe, sizes, placed).map(Some),
     }
 }
 
-fn extinction_of(content: Content, recipe: &Recipe, sizes: &Sizes, ball_m: f64) -> Result<f64, GenerateError> {
+fn extinction_of(content: Content, recipe: &Recipe, sizes: &Sizes, placed: &Placed) -> Result<f64, GenerateError> {
     Ok(match content {
-        Content::OpticalDepth(tau) => tau / middle_column_per_m2(&recipe.shape, ball_m),
+        Content::OpticalDepth(tau) => tau / placed.column_per_m2,
         Content::LiquidWaterGPerM3(water) => {
-            let kg = water * 1e-3 * recipe.shape.volume_m3();
+            let kg = water * 1e-3 * placed.volume_m3;
             kg / recipe.material.density_kg_per_m3() / sizes.mean_volume_m3() * sizes.mean_c_ext_m2()?
         }
         Content::Default => 0.0,
     })
 }
 
-fn optical_depths(shape: &CloudShape, ball_m: f64, extinction_m2: f64) -> Summary {
+fn optical_depths(placed: &Placed, extinction_m2: f64) -> Summary {
     Summary {
         droplets: 0.0,
         magnification: 1.0,
         extinction_m2,
-        optical_depth: extinction_m2 * middle_column_per_m2(shape, ball_m),
-        mean_optical_depth: extinction_m2 / shape.shadow_m2(),
+        optical_depth: extinction_m2 * placed.column_per_m2,
+        mean_optical_depth: extinction_m2 / placed.shadow_m2,
         liquid_water_g_per_m3: 0.0,
     }
 }
 
-/// As [`CloudShape::middle_column_per_m2`], and for the one parcel that sits in the middle.
-fn middle_column_per_m2(shape: &CloudShape, ball_m: f64) -> f64 {
-    if ball_m > 0.25 * shape.shortest_m() { 1.5 / (PI * ball_m * ball_m) } else { shape.middle_column_per_m2(ball_m) }
-}
-
-fn check_crowding(recipe: &Recipe, radii_um: &[f32]) -> Result<Option<Warning>, GenerateError> {
-    let fraction = volume_m3(radii_um) / recipe.shape.volume_m3();
+fn check_crowding(recipe: &Recipe, placed: &Placed, radii_um: &[f32]) -> Result<Option<Warning>, GenerateError> {
+    let fraction = volume_m3(radii_um) / placed.volume_m3;
     if fraction > PACKED_FRACTION {
         let max_count = (recipe.count as f64 * PACKED_FRACTION / fraction) as u64;
         return Err(GenerateError::Crowded { count: recipe.count, fraction, max_count });

@@ -6,18 +6,25 @@
 //!   R = s r, with one s for all, so that the given number of them has the extinction that was asked for. Each keeps the
 //!   efficiencies of its own radius r and stands for s^2 droplets.
 //! - Parcels share out the droplets that the liquid water or the optical depth takes.
+//! - A cumulus and a puff grow from the seed: billows upon billows, roughened by noise, with water that rises from the
+//!   base (cumulus) or thins out toward the edge (puff). Their parcels are small at the surface and large inside, and
+//!   spread more evenly than by chance. Liquid water is the mean over their volume.
 //! - The optical depth is that at 550 nm through the centre along the shortest side: the diameter of a ball, the thickness
-//!   of a slab. Through a ball, the mean over its shadow is two thirds of it.
+//!   of a slab, the height of a cumulus that is wider than high. Through a ball, the mean over its shadow is two thirds of it.
 
+mod billows;
 mod cloud;
 mod error;
 mod fill;
+mod grown;
 mod noise;
+mod place;
 mod random;
 mod recipe;
 mod shape;
 mod sizes;
 mod view;
+mod voxels;
 
 use serde_json::{Map, Value, json};
 
@@ -28,12 +35,10 @@ pub use shape::CloudShape;
 pub use view::{CameraPlacement, View};
 
 use fill::{DrawnRadii, Filling};
-use noise::Patches;
-use random::{Purpose, unit_f64};
+use place::ParcelRadii;
 use sizes::Sizes;
 
 use crate::optics::material::Material;
-use crate::scene::model::ParticleKind;
 
 /// Makes the cloud of a recipe. `q_ext_550` gives the extinction efficiency at 550 nm of a droplet of a radius in metres.
 ///
@@ -43,8 +48,9 @@ use crate::scene::model::ParticleKind;
 pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud, GenerateError> {
     recipe.check()?;
     let sizes = Sizes::new(&recipe.distribution, q_ext_550)?;
-    let mut positions = sample_points(recipe);
-    let filling = fill::fill(recipe, &sizes, &positions)?;
+    let mut placed = place::place(recipe);
+    let filling = fill::fill(recipe, &sizes, &mut placed)?;
+    let mut positions = placed.points;
     let metres_per_unit = metres_per_unit(&recipe.shape);
     let half_sizes = recipe.shape.size_m().map(|size| (0.5 * size / metres_per_unit) as f32);
     for point in &mut positions {
@@ -67,39 +73,20 @@ pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud
     })
 }
 
-/// The particles' centres, in units of the half sizes.
-fn sample_points(recipe: &Recipe) -> Vec<[f32; 3]> {
-    if recipe.kind == ParticleKind::Parcel && recipe.particle_count() == 1 {
-        return vec![[0.0; 3]];
-    }
-    // Parcels hold more where it is dense; droplets are more.
-    let patchiness = match recipe.kind {
-        ParticleKind::Droplet => recipe.patchiness,
-        ParticleKind::Parcel => 0.0,
-    };
-    let patches = Patches::new(recipe.seed, patchiness, recipe.shape.size_m());
-    random::make_blocks(recipe.particle_count() as usize, recipe.seed, Purpose::Positions, |rng| {
-        loop {
-            let point = recipe.shape.sample_unit_point(rng);
-            if patchiness == 0.0 || unit_f64(rng) < patches.density(point) {
-                return point.map(|x| x as f32);
-            }
-        }
-    })
-}
-
 /// Metres per cloud unit: the power of two that brings the longest half side to 50 .. 100.
 fn metres_per_unit(shape: &CloudShape) -> f64 {
     (0.5 * shape.longest_m() / 100.0).log2().ceil().exp2()
 }
 
 fn drawn_radii(filling: &Filling, count: usize, metres_per_unit: f64) -> Vec<f32> {
-    match (filling.radii, &filling.droplet_radii_um) {
+    let unit = |radius_m: f64| (radius_m / metres_per_unit) as f32;
+    match (&filling.radii, &filling.droplet_radii_um) {
         (DrawnRadii::Magnified(times), Some(radii_um)) => {
-            radii_um.iter().map(|&r| (f64::from(r) * 1e-6 * times / metres_per_unit) as f32).collect()
+            radii_um.iter().map(|&r| unit(f64::from(r) * 1e-6 * times)).collect()
         }
-        (DrawnRadii::Alike(radius_m) | DrawnRadii::Magnified(radius_m), _) => {
-            vec![(radius_m / metres_per_unit) as f32; count]
+        (DrawnRadii::Parcels(ParcelRadii::Each(radii_m)), _) => radii_m.iter().map(|&r| unit(f64::from(r))).collect(),
+        (DrawnRadii::Parcels(ParcelRadii::Alike(radius_m)) | DrawnRadii::Magnified(radius_m), _) => {
+            vec![unit(*radius_m); count]
         }
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct Patches {
     per_length: [f64; 3],
 }
 
-/// Octaves of the sum, each with half the size and half the height of the one before.
+/// Octaves of the sum.
 const N_OCTAVES: i32 = 4;
 
 /// The sum is cut off here; its standard deviation is 0.31, and its largest values would cost many rejected droplets.
@@ -40,19 +40,20 @@ impl Patches {
             return 1.0;
         }
         let place = [0, 1, 2].map(|axis| point[axis] * self.per_length[axis]);
-        let n = self.fractal_noise(place).clamp(-N_LIMIT, N_LIMIT);
+        let n = fractal_noise(place, self.seed, N_OCTAVES).clamp(-N_LIMIT, N_LIMIT);
         (self.contrast * (n - N_LIMIT)).exp()
     }
+}
 
-    fn fractal_noise(&self, place: [f64; 3]) -> f64 {
-        (0..N_OCTAVES)
-            .map(|octave| {
-                let scale = f64::from(1 << octave);
-                // The shift keeps the lattices' zeros apart.
-                gradient_noise(place.map(|x| x * scale + 17.31 * f64::from(octave)), self.seed) / scale
-            })
-            .sum()
-    }
+/// Gradient noise in octaves, each with half the size and half the height of the one before.
+pub(super) fn fractal_noise(place: [f64; 3], seed: u64, n_octaves: i32) -> f64 {
+    (0..n_octaves)
+        .map(|octave| {
+            let scale = f64::from(1 << octave);
+            // The shift keeps the lattices' zeros apart.
+            gradient_noise(place.map(|x| x * scale + 17.31 * f64::from(octave)), seed) / scale
+        })
+        .sum()
 }
 
 /// Gradient noise, about -1 to 1, zero on the integer lattice.
@@ -108,12 +109,12 @@ mod tests {
     #[test]
     fn noise_is_smooth_centred_and_as_wide_as_documented() {
         let mut rng = stream(1, Purpose::Positions);
-        let patches = Patches::new(5, 1.0, [100.0, 100.0, 100.0]);
+        let noise = |place| fractal_noise(place, 5, N_OCTAVES);
         let n = 20_000;
         let values: Vec<f64> = (0..n)
             .map(|_| {
                 let place = [0; 3].map(|_| 40.0 * unit_f64(&mut rng));
-                let (here, near) = (patches.fractal_noise(place), patches.fractal_noise(place.map(|x| x + 1e-6)));
+                let (here, near) = (noise(place), noise(place.map(|x| x + 1e-6)));
                 assert!((here - near).abs() < 5e-5, "a jump at {place:?}");
                 here
             })

@@ -16,6 +16,8 @@ pub(super) enum Purpose {
     Sizes = 2,
     /// The lattice of the patchiness noise.
     Patches = 3,
+    /// Where billows grow, and the noise that roughens them.
+    Billows = 4,
 }
 
 /// The generator of a seed and a purpose.
@@ -33,17 +35,17 @@ fn block_stream(seed: u64, purpose: Purpose, block: usize) -> Pcg64 {
     if block == 0 { first } else { stream(first.next_u64() ^ block as u64, purpose) }
 }
 
-/// Makes `count` values, block by block, on all threads.
+/// Makes `count` values from their numbers, block by block, on all threads.
 pub(super) fn make_blocks<T: Copy + Default + Send>(
     count: usize,
     seed: u64,
     purpose: Purpose,
-    make: impl Fn(&mut Pcg64) -> T + Sync,
+    make: impl Fn(usize, &mut Pcg64) -> T + Sync,
 ) -> Vec<T> {
     let mut values = vec![T::default(); count];
     values.par_chunks_mut(BLOCK).enumerate().for_each(|(block, values)| {
         let mut rng = block_stream(seed, purpose, block);
-        values.iter_mut().for_each(|value| *value = make(&mut rng));
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = make(block * BLOCK + i, &mut rng));
     });
     values
 }

@@ -91,6 +91,7 @@ impl Recipe {
     /// Ten thousand droplets of 6 um effective radius, even, with a camera that frames them.
     pub fn new(shape: CloudShape) -> Self {
         Self {
+            view: View::of(&shape),
             shape,
             count: 10_000,
             kind: ParticleKind::Droplet,
@@ -101,7 +102,6 @@ impl Recipe {
             form: Form::Points,
             overlap: OVERLAP,
             patchiness: 0.0,
-            view: View::default(),
             settings: Map::new(),
             memory_limit_bytes: MEMORY_LIMIT_BYTES,
         }

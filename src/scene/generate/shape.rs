@@ -19,9 +19,17 @@ pub enum CloudShape {
     Box { size_m: [f64; 3] },
     /// A layer, wide and flat; sizes along x, y (its thickness) and z.
     Slab { size_m: [f64; 3] },
+    /// A cumulus: towers of billows on a flat base, in a box of these sizes along x, y (up) and z; its water grows with height.
+    Cumulus { size_m: [f64; 3] },
+    /// A puff of steam with a tail below it, in a box of these sizes along x, y (up) and z; thick in the middle.
+    Puff { size_m: [f64; 3] },
     /// One single particle at the origin, drawn with this diameter.
     Droplet { diameter_m: f64 },
 }
+
+/// Height of a cumulus over its width where only one length is given: between a humilis and a mediocris (WMO 2017,
+/// International Cloud Atlas).
+const CUMULUS_HEIGHT: f64 = 0.7;
 
 /// Thickness of a slab for which only one length is given, relative to that length.
 const SLAB_THICKNESS: f64 = 0.125;
@@ -31,10 +39,11 @@ const LENGTHS_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 impl CloudShape {
     /// Names, as in `--shape`.
-    pub const NAMES: [&'static str; 4] = ["ball", "box", "slab", "droplet"];
+    pub const NAMES: [&'static str; 6] = ["ball", "box", "slab", "cumulus", "puff", "droplet"];
 
     /// The shape of a name and its lengths in metres: one (a diameter, the edge of a cube, the width of a slab, which is
-    /// then an eighth as thick), or three along x, y (up) and z for box and slab.
+    /// then an eighth as thick, of a cumulus, then 0.7 as high, or of a puff), or three along x, y (up) and z for all but
+    /// ball and droplet.
     ///
     /// # Errors
     /// When the name is unknown, or the lengths are too few, too many or out of range.
@@ -59,6 +68,14 @@ impl CloudShape {
             ("slab", _) => {
                 return Err(GenerateError::SizeCount { shape: "slab", expected: "one or three lengths", found });
             }
+            ("cumulus", &[a]) => Self::Cumulus { size_m: [a, a * CUMULUS_HEIGHT, a] },
+            ("cumulus", &[x, y, z]) => Self::Cumulus { size_m: [x, y, z] },
+            ("puff", &[a]) => Self::Puff { size_m: [a; 3] },
+            ("puff", &[x, y, z]) => Self::Puff { size_m: [x, y, z] },
+            ("cumulus" | "puff", _) => {
+                let shape = if name == "puff" { "puff" } else { "cumulus" };
+                return Err(GenerateError::SizeCount { shape, expected: "one or three lengths", found });
+            }
             ("droplet", &[diameter_m]) => Self::Droplet { diameter_m },
             ("droplet", _) => return Err(GenerateError::SizeCount { shape: "droplet", expected: "one length", found }),
             _ => return Err(GenerateError::Shape { name: name.into(), known: Self::NAMES.join(", ") }),
@@ -73,15 +90,22 @@ impl CloudShape {
             Self::Ball { .. } => "ball",
             Self::Box { .. } => "box",
             Self::Slab { .. } => "slab",
+            Self::Cumulus { .. } => "cumulus",
+            Self::Puff { .. } => "puff",
             Self::Droplet { .. } => "droplet",
         }
+    }
+
+    /// Whether the seed decides on the shape inside its box.
+    pub fn is_grown(&self) -> bool {
+        matches!(self, Self::Cumulus { .. } | Self::Puff { .. })
     }
 
     /// Full sizes along x, y and z, m.
     pub fn size_m(&self) -> [f64; 3] {
         match *self {
             Self::Ball { diameter_m } | Self::Droplet { diameter_m } => [diameter_m; 3],
-            Self::Box { size_m } | Self::Slab { size_m } => size_m,
+            Self::Box { size_m } | Self::Slab { size_m } | Self::Cumulus { size_m } | Self::Puff { size_m } => size_m,
         }
     }
 
@@ -89,7 +113,9 @@ impl CloudShape {
     pub fn lengths_m(&self) -> Vec<f64> {
         match *self {
             Self::Ball { diameter_m } | Self::Droplet { diameter_m } => vec![diameter_m],
-            Self::Box { size_m } | Self::Slab { size_m } => size_m.to_vec(),
+            Self::Box { size_m } | Self::Slab { size_m } | Self::Cumulus { size_m } | Self::Puff { size_m } => {
+                size_m.to_vec()
+            }
         }
     }
 
@@ -103,37 +129,41 @@ impl CloudShape {
         self.size_m().into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Volume, m^3.
-    pub fn volume_m3(&self) -> f64 {
+    /// Which side is the shortest: 0, 1, 2 for x, y, z; y where others are equal to it.
+    pub(super) fn shortest_axis(&self) -> usize {
+        [1, 2, 0].into_iter().min_by(|&a, &b| self.size_m()[a].total_cmp(&self.size_m()[b])).unwrap_or(1)
+    }
+
+    /// Volume, m^3; of the box around the cloud where the seed decides on it.
+    pub(super) fn volume_m3(&self) -> f64 {
         let [x, y, z] = self.size_m();
         match self {
             Self::Ball { .. } | Self::Droplet { .. } => PI / 6.0 * x * y * z,
-            Self::Box { .. } | Self::Slab { .. } => x * y * z,
+            _ => x * y * z,
         }
     }
 
-    /// Area of the shadow along the shortest side, m^2.
-    pub fn shadow_m2(&self) -> f64 {
+    /// Area of the shadow along the shortest side, m^2; of the box around the cloud where the seed decides on it.
+    pub(super) fn shadow_m2(&self) -> f64 {
         match *self {
             Self::Ball { diameter_m } | Self::Droplet { diameter_m } => PI / 4.0 * diameter_m * diameter_m,
-            Self::Box { .. } | Self::Slab { .. } => self.volume_m3() / self.shortest_m(),
+            _ => self.volume_m3() / self.shortest_m(),
         }
     }
 
     /// Integral along the line through the centre, parallel to the shortest side, of the density (1/m^3, its integral over
     /// space 1) of balls of radius `ball_m` whose centres are spread evenly over the shape, 1/m^2. `ball_m` is 0 for
-    /// droplets, and at most a quarter of the shortest side for parcels.
-    pub fn middle_column_per_m2(&self, ball_m: f64) -> f64 {
+    /// droplets, and at most a quarter of the shortest side for parcels. Not for shapes that the seed decides on.
+    pub(super) fn middle_column_per_m2(&self, ball_m: f64) -> f64 {
         match *self {
-            Self::Box { .. } | Self::Slab { .. } | Self::Droplet { .. } => 1.0 / self.shadow_m2(),
             Self::Ball { diameter_m } => middle_of_soft_ball(0.5 * diameter_m, ball_m),
+            _ => 1.0 / self.shadow_m2(),
         }
     }
 
-    /// A random point, evenly distributed over the shape, in units of its half sizes: each coordinate in -1 ..= 1.
+    /// A random point, evenly distributed over the shape (the box around it where the seed decides on it), in units of its half sizes: each coordinate in -1 ..= 1.
     pub(super) fn sample_unit_point(&self, rng: &mut impl Rng) -> [f64; 3] {
         match self {
-            Self::Box { .. } | Self::Slab { .. } => cube_point(rng),
             // Rejection is exact, needs no functions that differ between machines, and accepts 52 %.
             Self::Ball { .. } => loop {
                 let p = cube_point(rng);
@@ -142,6 +172,7 @@ impl CloudShape {
                 }
             },
             Self::Droplet { .. } => [0.0; 3],
+            _ => cube_point(rng),
         }
     }
 

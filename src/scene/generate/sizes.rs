@@ -37,7 +37,7 @@ impl<'a> Sizes<'a> {
     /// Random radii, um.
     pub fn sample_um(&self, count: usize, seed: u64) -> Vec<f32> {
         let law = &self.law;
-        make_blocks(count, seed, Purpose::Sizes, |rng| (law.quantile(unit_f64(rng)) * 1e6) as f32)
+        make_blocks(count, seed, Purpose::Sizes, |_, rng| (law.quantile(unit_f64(rng)) * 1e6) as f32)
     }
 
     /// Mean volume of a droplet, m^3.

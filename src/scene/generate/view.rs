@@ -9,7 +9,7 @@ use crate::scene::model::{Camera, Lens, Sun};
 /// Camera and sun of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Where the camera stands and looks; `None` frames the cloud from +Z.
+    /// Where the camera stands and looks; `None` frames the cloud from +Z, a cumulus from somewhat below.
     pub camera: Option<CameraPlacement>,
     /// Vertical field of view, degrees; above 0, below 180.
     pub yfov_deg: f64,
@@ -30,6 +30,18 @@ pub struct CameraPlacement {
     pub target_m: [f64; 3],
 }
 
+/// Height of the sun and where it stands, degrees, for each shape's looks: fog and puffs shine with the light behind them,
+/// a cumulus needs it from the side to show its billows.
+fn sun_of(shape: &CloudShape) -> [f64; 2] {
+    match shape {
+        CloudShape::Cumulus { .. } => [40.0, 115.0],
+        _ => [25.0, 60.0],
+    }
+}
+
+/// A cumulus is seen from below its base, from this many degrees.
+const CUMULUS_BELOW_DEG: f64 = 8.0;
+
 /// Width over height of the picture.
 const ASPECT: f64 = 16.0 / 9.0;
 
@@ -44,6 +56,12 @@ impl Default for View {
 }
 
 impl View {
+    /// The default for a shape.
+    pub fn of(shape: &CloudShape) -> Self {
+        let [sun_elevation_deg, sun_azimuth_deg] = sun_of(shape);
+        Self { sun_elevation_deg, sun_azimuth_deg, ..Self::default() }
+    }
+
     pub(super) fn check(&self) -> Result<(), GenerateError> {
         let sun = [self.sun_elevation_deg, self.sun_azimuth_deg, self.sun_lux];
         if !(sun.into_iter().all(f64::is_finite) && self.sun_lux > 0.0) {
@@ -63,7 +81,7 @@ impl View {
     pub(super) fn camera(&self, shape: &CloudShape, beyond_m: f64) -> Camera {
         let (position_m, target_m) = match self.camera {
             Some(at) => (at.position_m.into(), at.target_m.into()),
-            None => (DVec3::Z * self.framing_distance_m(shape, beyond_m), DVec3::ZERO),
+            None => (way_of(shape) * self.framing_distance_m(shape, beyond_m), DVec3::ZERO),
         };
         Camera {
             name: "Camera".into(),
@@ -73,9 +91,13 @@ impl View {
         }
     }
 
-    /// From here the near face of the shape's box fills the picture, less the margin.
+    /// From here the near face of the shape's box fills the picture, less the margin; grown clouds leave the corners of
+    /// their box empty, and may come half of that way nearer.
     fn framing_distance_m(&self, shape: &CloudShape, beyond_m: f64) -> f64 {
-        let [x, y, z] = shape.size_m().map(|size| 0.5 * size + beyond_m);
+        let [x, y, mut z] = shape.size_m().map(|size| 0.5 * size + beyond_m);
+        if shape.is_grown() {
+            z *= 0.5;
+        }
         let half_height = y.max(x / ASPECT);
         MARGIN * half_height / (0.5 * self.yfov_deg.to_radians()).tan() + z
     }
@@ -91,6 +113,17 @@ impl View {
             spectrum: None,
             angular_diameter_deg: None,
         }
+    }
+}
+
+/// The direction from the cloud to the camera that frames it.
+fn way_of(shape: &CloudShape) -> DVec3 {
+    match shape {
+        CloudShape::Cumulus { .. } => {
+            let (sin, cos) = CUMULUS_BELOW_DEG.to_radians().sin_cos();
+            DVec3::new(0.0, -sin, cos)
+        }
+        _ => DVec3::Z,
     }
 }
 
