@@ -124,8 +124,10 @@ fn a_transparent_ball_vanishes_in_a_furnace() {
         scene.settings.background.radiance = [0.5; 3];
         let picture = channels(&render_scene(scene, 16, 1));
         for (i, value) in picture["G"].iter().enumerate() {
-            assert!((value - 0.5).abs() < 1e-6, "n = {n}, pixel {i}: {value}");
+            // Of rays that keep less than a thousandth of their light a part stands for all: 1e-3 / 16 samples.
+            assert!((value - 0.5).abs() < 1e-4, "n = {n}, pixel {i}: {value}");
         }
+        assert!((mean(&picture["G"]) - 0.5).abs() < 1e-6, "{}", mean(&picture["G"]));
         assert!(mean(&picture["refraction.G"]) > 0.2 && mean(&picture["background.G"]) > 0.05);
     }
 }
@@ -297,7 +299,9 @@ fn air_ends_at_a_ball_and_goes_on_behind_it() {
     // A ball of index 1 from 2 m to 4 m before the camera: 2 m of air, a gap, 4 m of air.
     scene.particles = vec![droplet(DVec3::ZERO, 1.0, 1.0)];
     scene.camera = orthographic(DVec3::new(0.0, 0.0, 3.0), 1e-3);
-    let picture = channels(&render_scene(scene, 400, 4));
+    // What the air scatters again is another matter.
+    let once = BTreeMap::from([(Effect::AirMultiple, Switch::Off)]);
+    let picture = channels(&render_with(scene, 400, 4, &once));
     let light = |from_m: f64, to_m: f64| ((-scattering * from_m).exp() - (-scattering * to_m).exp()) / (4.0 * PI);
     let (near, far) = (mean(&picture["airlight.G"]), mean(&picture["refraction.G"]));
     assert!((near / light(0.0, 2.0) - 1.0).abs() < 1e-5, "{near} {}", light(0.0, 2.0));
@@ -311,4 +315,31 @@ fn droplets_that_cannot_be_seen_do_not_refract() {
     scene.particles = vec![droplet(DVec3::ZERO, 5e-4, 5e-4)];
     let picture = channels(&render_scene(scene, 16, 1));
     assert_eq!(mean(&picture["refraction.G"]), 0.0);
+}
+
+/// Rationale: sunlight that finds a collision by way of chains of small turns must not be counted twice, or lost, where balls
+/// and a sun's disc are in the way. Expected: the same picture as by the plain estimator.
+#[test]
+fn chains_toward_the_sun_and_glass_agree_with_the_plain_estimator() {
+    let scene = || {
+        let mut scene = empty_scene();
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.8) });
+        scene.classes[0].albedo = Some(1.0);
+        scene.suns = vec![sun(DVec3::new(0.5, -0.3, 1.0))];
+        scene.suns[0].angular_diameter_deg = Some(20.0);
+        scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::ONE, 1.0)];
+        let at = |i: i32| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) * 0.6 - 0.6;
+        scene.particles = (0..27).map(|i| droplet(at(i), 0.2, 5e-6)).collect();
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.9);
+        prepare(scene, &BTreeMap::new())
+    };
+    let with = render_prepared(&scene(), 1000, 1);
+    let without = render_prepared(&scene().without_chains(), 1000, 2);
+    // The layers' own errors are smaller than those of their sum.
+    let error = mean_and_error(&with).1.hypot(mean_and_error(&without).1);
+    assert!(error < 0.03 * mean_of(&without, "G"), "{error}");
+    for layer in ["multiple.G", "refraction.G", "direct.G", "G"] {
+        let (a, b) = (mean_of(&with, layer), mean_of(&without, layer));
+        assert!((a - b).abs() < 4.0 * error, "{layer}: {a} against {b} +- {error}");
+    }
 }

@@ -100,6 +100,11 @@ impl OpticalDepth {
 
     /// Turns columns into depths and empties them.
     fn finish(&mut self, media: &Media) -> &[f64] {
+        if self.touched.is_empty() && self.column == Column::default() {
+            // Nothing was met; there may be no size bins at all.
+            self.depth.fill(0.0);
+            return &self.depth;
+        }
         if self.touched.is_empty() {
             let column = std::mem::take(&mut self.column);
             // A scene without particles has no bins at all.
