@@ -184,6 +184,8 @@ fn no_air_is_lit_within_a_droplet() {
     scene.particles = vec![droplet(DVec3::new(0.0, 0.0, -1.0), radius_m, 5e-6)];
     scene.camera = orthographic(DVec3::ZERO, 1e-9);
     scene.suns = vec![sun(DVec3::NEG_Y)];
+    // As a disc that weakens what is behind it, not as glass.
+    scene.settings.effects = BTreeMap::from([(Effect::Refraction, Switch::Off)]);
     // Half of the disc's area removes Q_ext of it: a droplet's disc is larger than it by Q_max and acts on Q_ext of that.
     let outside = |p: f64| q_sca() * radius_m * radius_m / (16.0 * PI) * (1.0 / radius_m - 1.0) * (1.0 + (1.0 - p));
     let (mean, error) = glow_of(scene.clone(), 16, 5);
