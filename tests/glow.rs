@@ -167,7 +167,7 @@ fn one_droplet_glows_as_by_quadrature() {
         };
         // The drawn ball is not reached: the ray passes it.
         let expected = integrate(along, 0.0, depth_m, 200_000);
-        let (mean, error) = glow_of(scene, 4, 3);
+        let (mean, error) = glow_of(scene, 8, 3);
         assert!((mean - expected).abs() < 4.0 * error + 2e-3 * expected, "{offset_m}: {mean} +- {error}, {expected}");
         assert!(error < 0.01 * expected, "{offset_m}: {error} of {expected}");
     }
