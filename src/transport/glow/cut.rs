@@ -18,7 +18,7 @@ const SHAPE_ERROR: f32 = 0.4;
 
 /// Estimated error that is allowed per error that is asked for: true errors scatter about the estimate, and one in a
 /// hundred sums may be off by twice the tolerance. Calibrated with it.
-const CAUTION: f64 = 0.3;
+const CAUTION: f64 = 0.2;
 
 /// What may be off by more than this is opened however little it brings: estimates of such are no good.
 const MOST_RELATIVE: f32 = 0.3;

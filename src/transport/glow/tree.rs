@@ -88,7 +88,7 @@ fn middle_of(len: usize) -> usize {
 
 /// The parts of a run that become the children of one node.
 fn eighths(len: usize) -> Vec<std::ops::Range<usize>> {
-    let mut parts = vec![0..len];
+    let mut parts: Vec<_> = std::iter::once(0..len).collect();
     for _ in 0..3 {
         parts = parts
             .into_iter()
