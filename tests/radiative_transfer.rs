@@ -192,6 +192,7 @@ fn mixed_cloud() -> Scene {
     scene.fog_boxes = vec![dense(1, -0.5), dense(2, 0.5)];
     scene.suns = vec![sun(DVec3::new(1.0, -0.4, -0.3)), sun(DVec3::new(0.3, 0.2, 1.0))];
     scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 1.0);
+    without_refraction(&mut scene);
     scene
 }
 
@@ -248,4 +249,24 @@ fn pictures_of_more_orders_converge() {
     let (least, most) = ratios.iter().fold((1.0f64, 0.0f64), |(least, most), r| (least.min(*r), most.max(*r)));
     // Random numbers are common to the pictures; from the fourth order on the ratio is that of the slowest mode.
     assert!(most - least < 0.06 && most < 0.9, "{ratios:?}");
+}
+
+/// Rationale: of discs that a ray meets at one distance, one is first, for every wavelength the same. Set-up: a lattice of overlapping
+/// droplets of two sizes, seen along its rows, white, in a furnace. Expected: its radiance, in colours that each draw by themselves.
+#[test]
+fn discs_at_one_distance_are_met_one_after_the_other() {
+    let mut scene = empty_scene();
+    let at = |i: i32| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)) / 4.0 - 0.875;
+    let own_radius_m = |i: i32| if (i + i / 8 + i / 64) % 2 == 0 { 0.3e-6 } else { 1e-6 };
+    scene.particles = (0..512).map(|i| droplet(at(i), 0.2, own_radius_m(i))).collect();
+    scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 8 });
+    with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.6) });
+    scene.classes[0].albedo = Some(1.0);
+    scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 0.8);
+    scene.settings.background.radiance = [0.5; 3];
+    scene.suns[0].lux = 0.0;
+    without_refraction(&mut scene);
+    let (mean, error) = mean_and_error(&render_scene(scene, 500, 7));
+    assert!((mean - 0.5).abs() < 4.0 * error, "{mean} +- {error}");
+    assert!(error < 0.003, "{error}");
 }

@@ -12,6 +12,8 @@ pub(super) struct Stretch {
     pub depth: f64,
     /// Place of the body among the crossings.
     pub index: u32,
+    /// The body's number: of discs met at one distance the one with the lower number is first.
+    pub id: u32,
 }
 
 /// Where a collision is.
@@ -32,7 +34,7 @@ impl Stretch {
             BodyKind::Droplet | BodyKind::Glass => load * media.disc_depth(body.bin())[wavelength],
             BodyKind::Ball | BodyKind::Box => load * media.c_ext_m2(body.bin())[wavelength] * (end - start),
         };
-        (depth > 0.0).then_some(Self { start, end, depth, index: index as u32 })
+        (depth > 0.0).then_some(Self { start, end, depth, index: index as u32, id: body.id })
     }
 
     /// Optical depth that lies before `t`; what is exactly at `t` does not.
@@ -70,6 +72,7 @@ struct Edge {
     t: f64,
     /// Place of the body among the crossings.
     index: u32,
+    id: u32,
     change: Change,
 }
 
@@ -137,13 +140,13 @@ impl Finder {
         self.edges.clear();
         for s in &self.stretches {
             if s.is_disc() {
-                self.edges.push(Edge { t: s.start, index: s.index, change: Change::Disc(s.depth) });
+                self.edges.push(Edge { t: s.start, index: s.index, id: s.id, change: Change::Disc(s.depth) });
             } else {
-                self.edges.push(Edge { t: s.start, index: s.index, change: Change::Slope(s.slope()) });
-                self.edges.push(Edge { t: s.end, index: s.index, change: Change::Slope(-s.slope()) });
+                self.edges.push(Edge { t: s.start, index: s.index, id: s.id, change: Change::Slope(s.slope()) });
+                self.edges.push(Edge { t: s.end, index: s.index, id: s.id, change: Change::Slope(-s.slope()) });
             }
         }
-        self.edges.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.index.cmp(&b.index)));
+        self.edges.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.id.cmp(&b.id)));
     }
 }
 
@@ -190,7 +193,7 @@ mod tests {
                     .map(|index| {
                         let start = rng.random::<f64>() * 10.0;
                         let length = if rng.random::<f64>() < 0.3 { 0.0 } else { 5.0 * rng.random::<f64>() };
-                        Stretch { start, end: start + length, depth: rng.random(), index }
+                        Stretch { start, end: start + length, depth: rng.random(), index, id: index }
                     })
                     .collect();
                 let total: f64 = stretches.iter().map(|s| s.depth).sum();
@@ -212,8 +215,8 @@ mod tests {
 
     #[test]
     fn an_opaque_disc_stops_everything() {
-        let opaque = Stretch { start: 1.0, end: 1.0, depth: f64::INFINITY, index: 3 };
-        let behind = Stretch { start: 2.0, end: 3.0, depth: 1.0, index: 4 };
+        let opaque = Stretch { start: 1.0, end: 1.0, depth: f64::INFINITY, index: 3, id: 3 };
+        let behind = Stretch { start: 2.0, end: 3.0, depth: 1.0, index: 4, id: 4 };
         let mut finder = Finder { stretches: vec![behind, opaque], ..Finder::default() };
         assert_eq!(finder.find(1e300), Some(Place::Disc(3)));
     }

@@ -22,6 +22,8 @@ pub(super) struct Event {
     /// Size bins that take part, each with its droplets per cubic metre.
     acting: Vec<(u32, f64)>,
     on_disc: bool,
+    /// Number of the droplet on whose disc it is; 0 in fog.
+    pub disc_id: u32,
 }
 
 /// What a turn at a collision is worth, by wavelength.
@@ -54,6 +56,7 @@ impl Event {
             Place::Disc(index) => {
                 let (body, crossing) = &crossings[index as usize];
                 (self.point, self.t_m, self.on_disc) = (body.center, crossing.start(), true);
+                self.disc_id = body.id;
                 self.acting.push((body.bin() as u32, 1.0));
                 for (sigma, depth) in self.sigma.iter_mut().zip(media.disc_depth(body.bin())) {
                     *sigma = -(-f64::from(body.load) * depth).exp_m1();
@@ -61,6 +64,7 @@ impl Event {
             }
             Place::Fog(t_m) => {
                 (self.point, self.t_m, self.on_disc) = (ray.origin + t_m * ray.direction, t_m, false);
+                self.disc_id = 0;
                 self.gather_fog(media, crossings);
             }
         }

@@ -150,7 +150,7 @@ fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratc
 fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch) {
     let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
     event.gather(ctx.media, ray, place, crossings);
-    let depth = path_depth.past(ctx.media, crossings, event.t_m);
+    let depth = path_depth.past_discs(ctx.media, crossings, event.t_m, event.disc_id);
     let air = ctx.air_transmittance(ray, event.t_m);
     for w in 0..weight.len() {
         let passed = (-depth[w]).exp();

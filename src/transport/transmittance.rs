@@ -57,7 +57,13 @@ impl OpticalDepth {
     /// Optical depth by wavelength from distance 0 up to `to`, past bodies that were found before. What is met exactly
     /// at `to` does not count.
     pub fn past(&mut self, media: &Media, crossings: &[(Body, Crossing)], to: f64) -> &[f64] {
-        for (body, crossing) in crossings.iter().filter(|(_, crossing)| crossing.start() < to) {
+        self.past_discs(media, crossings, to, 0)
+    }
+
+    /// The same up to the disc of the given number at `to`: of discs that are met at one distance the lower numbers are first.
+    pub fn past_discs(&mut self, media: &Media, crossings: &[(Body, Crossing)], to: f64, id: u32) -> &[f64] {
+        let is_before = |body: &Body, start: f64| start < to || start == to && body.id < id && body.is_disc();
+        for (body, crossing) in crossings.iter().filter(|(body, crossing)| is_before(body, crossing.start())) {
             self.add(body, *crossing, to);
         }
         self.finish(media)
