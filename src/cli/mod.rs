@@ -7,6 +7,7 @@ mod effects;
 mod failure;
 mod generate;
 mod inspect;
+mod interrupt;
 mod limits;
 mod mie;
 mod output;

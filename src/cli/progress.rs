@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::interrupt::Interrupts;
 use crate::film::Film;
 use crate::transport::Progress;
 
@@ -23,7 +24,7 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Steps of the bar.
 const BAR_LENGTH: u64 = 1000;
 
-/// Shows progress, and ends the render when its time is up.
+/// Shows progress, and ends the render when its time is up or the user has had enough.
 pub struct Shown {
     bar: Option<ProgressBar>,
     started: Instant,
@@ -31,11 +32,12 @@ pub struct Shown {
     /// What was known at the end of the last round.
     state: Mutex<String>,
     time_limit: Option<Duration>,
+    interrupts: Interrupts,
 }
 
 impl Shown {
-    /// Progress on stderr, and the seconds after which to stop.
-    pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>) -> Self {
+    /// Progress on stderr, the seconds after which to stop, and the interrupts that stop it sooner.
+    pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>, interrupts: Interrupts) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let quiet = verbosity == Verbosity::Quiet;
         let bar = (!quiet && terminal).then(|| {
@@ -50,7 +52,13 @@ impl Shown {
             state: Mutex::default(),
             last_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now())),
             time_limit: time_limit_s.map(Duration::from_secs_f64),
+            interrupts,
         }
+    }
+
+    /// Whether the user wanted an early end.
+    pub fn interrupted(&self) -> bool {
+        self.interrupts.heard()
     }
 
     /// Removes the bar.
@@ -104,6 +112,6 @@ impl Progress for Shown {
     }
 
     fn should_stop(&self) -> bool {
-        self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
+        self.interrupts.heard() || self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
     }
 }

@@ -7,6 +7,7 @@ use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
 use super::failure::{Failure, INTERRUPTED};
+use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Wishes};
 use super::progress::{Shown, Verbosity};
@@ -51,7 +52,9 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
     say_plan(&job.plan, job.verbosity);
 
-    let progress = Shown::new(job.verbosity, args.time_limit);
+    // Before this there is nothing to save: an interrupt ends the program, and previous files stay as they are.
+    let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
+    let progress = Shown::new(job.verbosity, args.time_limit, interrupts);
     let outcome = render(&prepared.context(), &job.request, &progress);
     progress.finish();
     seconds.render = watch.lap();
@@ -62,7 +65,11 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     seconds.total = watch.total();
     report(args, &job, &prepared, &outcome, seconds, existing)?;
     // A time limit is a way to be done; an interrupt is not.
-    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+    let interrupted = outcome.stopped && progress.interrupted();
+    if interrupted {
+        eprintln!("interrupted: {} keeps {} samples per pixel", args.output.display(), outcome.samples);
+    }
+    Ok(if interrupted { INTERRUPTED } else { 0 })
 }
 
 /// What is to be done, as flags and scene say it together.
