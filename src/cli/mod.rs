@@ -2,13 +2,16 @@
 
 mod args;
 mod bench;
+mod checkpoint;
 mod diff;
 mod effects;
 mod failure;
 mod generate;
+mod identity;
 mod inspect;
 mod interrupt;
 mod limits;
+mod merge;
 mod mie;
 mod output;
 mod paper;
@@ -55,6 +58,7 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Inspect(args) => inspect::run(&args),
         Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Paper(args) => paper::run(&args),
     }
 }

@@ -6,9 +6,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::checkpoint::Checkpoints;
 use super::interrupt::Interrupts;
 use crate::film::Film;
-use crate::transport::Progress;
+use crate::image::file::FileError;
+use crate::transport::{Progress, RenderState};
 
 /// How much the program says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -33,11 +35,17 @@ pub struct Shown {
     state: Mutex<String>,
     time_limit: Option<Duration>,
     interrupts: Interrupts,
+    checkpoints: Option<Checkpoints>,
 }
 
 impl Shown {
-    /// Progress on stderr, the seconds after which to stop, and the interrupts that stop it sooner.
-    pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>, interrupts: Interrupts) -> Self {
+    /// Progress on stderr, the seconds after which to stop, the interrupts that stop it sooner, and what is kept meanwhile.
+    pub fn new(
+        verbosity: Verbosity,
+        time_limit_s: Option<f64>,
+        interrupts: Interrupts,
+        checkpoints: Option<Checkpoints>,
+    ) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let quiet = verbosity == Verbosity::Quiet;
         let bar = (!quiet && terminal).then(|| {
@@ -53,12 +61,21 @@ impl Shown {
             last_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now())),
             time_limit: time_limit_s.map(Duration::from_secs_f64),
             interrupts,
+            checkpoints,
         }
     }
 
     /// Whether the user wanted an early end.
     pub fn interrupted(&self) -> bool {
         self.interrupts.heard()
+    }
+
+    /// Keeps the state at the end.
+    ///
+    /// # Errors
+    /// When the checkpoint cannot be written.
+    pub fn keep(&self, state: &RenderState) -> Result<(), FileError> {
+        self.checkpoints.iter().try_for_each(|checkpoints| checkpoints.write(state))
     }
 
     /// Removes the bar.
@@ -113,5 +130,15 @@ impl Progress for Shown {
 
     fn should_stop(&self) -> bool {
         self.interrupts.heard() || self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
+    }
+
+    fn should_pause(&self) -> bool {
+        self.checkpoints.as_ref().is_some_and(Checkpoints::due)
+    }
+
+    fn pause(&self, state: &RenderState) {
+        if let Some(checkpoints) = &self.checkpoints {
+            checkpoints.write_or_warn(state);
+        }
     }
 }

@@ -6,19 +6,22 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
+use super::checkpoint::{self, Checkpoints};
 use super::failure::{Failure, INTERRUPTED};
+use super::identity::{About, identity};
 use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
-use super::output::{self, Wishes};
+use super::output::{self, Recipe, Wishes};
 use super::progress::{Shown, Verbosity};
 use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
+use crate::image::Attribute;
 use crate::image::file::{Existing, check_writable};
 use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{Prepared, RenderOutcome, RenderRequest, Stage, Until, render};
+use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stage, Until, go_on};
 use crate::warning::Warning;
 
 /// Accuracy when neither flag nor scene asks for one.
@@ -52,36 +55,69 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
     say_plan(&job.plan, job.verbosity);
 
+    let ctx = prepared.context();
+    let mut state = RenderState::new(&ctx, &job.request);
+    if let Some(path) = &args.resume {
+        state = checkpoint::resume(path, &job.about, &state, job.request.until)?;
+    }
+    let keep = |path: &PathBuf| Checkpoints::new(path, &job.about, args.checkpoint_every);
+    let checkpoints = args.checkpoint.as_ref().map(keep).transpose()?;
     // Before this there is nothing to save: an interrupt ends the program, and previous files stay as they are.
     let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
-    let progress = Shown::new(job.verbosity, args.time_limit, interrupts);
-    let outcome = render(&prepared.context(), &job.request, &progress);
+    let progress = Shown::new(job.verbosity, args.time_limit, interrupts, checkpoints);
+    let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
     seconds.render = watch.lap();
 
-    let picture = output::picture(&outcome, &job.description, &job.wishes, &job.sampling);
-    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
+    // The picture is written even where the checkpoint cannot be.
+    let kept = progress.keep(&state);
+    let part = job.part().filter(|_| !stopped).map(|about| (about, state.clone()));
+    let outcome = state.finish(&job.request, stopped);
+    let mut picture = output::picture(&outcome.film, &job.about.recipe);
+    if let Until::Range { first, end } = job.request.until {
+        picture.record("mieCloud:sampleRange", Attribute::Text(format!("{first}..{end}")));
+    }
+    let part = part.as_ref().map(|(about, state)| (about, state));
+    output::write(&args.output, args.preview.as_deref(), &picture, part, existing)?;
     seconds.write = watch.lap();
     seconds.total = watch.total();
     report(args, &job, &prepared, &outcome, seconds, existing)?;
+    kept.map_err(|error| Failure::other(anyhow::Error::new(error).context("--checkpoint")))?;
     // A time limit is a way to be done; an interrupt is not.
     let interrupted = outcome.stopped && progress.interrupted();
     if interrupted {
-        eprintln!("interrupted: {} keeps {} samples per pixel", args.output.display(), outcome.samples);
+        say_interrupted(args, outcome.samples);
     }
     Ok(if interrupted { INTERRUPTED } else { 0 })
+}
+
+/// What was saved, and how to go on from it.
+fn say_interrupted(args: &RenderArgs, samples: u32) {
+    eprintln!("interrupted: {} keeps {samples} samples per pixel", args.output.display());
+    match &args.checkpoint {
+        Some(path) => eprintln!("go on from here with the same flags and `--resume {}`", path.display()),
+        None if args.samples.is_some() => eprintln!("it is not a whole part: `merge` will not take it"),
+        None => {}
+    }
 }
 
 /// What is to be done, as flags and scene say it together.
 struct Job {
     verbosity: Verbosity,
-    wishes: Wishes,
     sampling: SpectralSampling,
     plan: EffectPlan,
     request: RenderRequest,
-    description: output::Description,
+    about: About,
     camera: String,
     scene_warnings: Vec<Warning>,
+}
+
+impl Job {
+    /// What is recorded with a part of a picture; none where it is a whole one.
+    fn part(&self) -> Option<serde_json::Value> {
+        let Until::Range { first, end } = self.request.until else { return None };
+        serde_json::to_value(About { part: Some([first, end]), ..self.about.clone() }).ok()
+    }
 }
 
 /// Reads the scene and settles everything that flags and settings decide.
@@ -104,10 +140,12 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
         layers: wishes.film_layers(),
         spectral: wishes.spectral,
     };
-    let description = output::Description::new(&scene, &sampling, &request);
+    let recipe = Recipe::new(&scene, &sampling, &request, &wishes);
+    let identity = identity(&scene, &sampling, &plan, &request, (target, args.order)).map_err(Failure::scene)?;
+    let about = About { identity, recipe, part: None };
     let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
     let verbosity = verbosity(args);
-    Ok((scene, Job { verbosity, wishes, sampling, plan, request, description, camera, scene_warnings }))
+    Ok((scene, Job { verbosity, sampling, plan, request, about, camera, scene_warnings }))
 }
 
 /// Makes tables and tree, and prints what was noticed on the way.
@@ -174,9 +212,12 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
     let outputs: Vec<(&str, &PathBuf)> =
         [("--output", Some(&args.output)), ("--preview", args.preview.as_ref()), ("--stats", args.stats.as_ref())]
             .into_iter()
+            .chain([("--checkpoint", args.checkpoint.as_ref())])
             .filter_map(|(flag, path)| path.map(|path| (flag, path)))
             .collect();
     for (i, (flag, path)) in outputs.iter().enumerate() {
+        // A checkpoint is there to be replaced.
+        let existing = if *flag == "--checkpoint" { Existing::Replace } else { existing };
         check_writable(path, existing).map_err(|error| Failure::other(anyhow::Error::new(error).context(*flag)))?;
         if same_file(path, &args.scene.scene) {
             return Err(Failure::usage(anyhow!("{flag} {}: is the scene itself; name another file", path.display())));
@@ -186,7 +227,7 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
             return Err(Failure::usage(error));
         }
     }
-    Ok(())
+    args.checkpoint.iter().try_for_each(|path| checkpoint::check_kept(path, args.resume.as_deref()))
 }
 
 /// Whether two outputs, which need not exist yet, are one file. Devices such as `/dev/null` may be named twice.
@@ -234,6 +275,9 @@ fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), 
 }
 
 fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {
+    if let Some([first, end]) = args.samples {
+        return Until::Range { first, end };
+    }
     match (args.spp, args.noise.or(accuracy)) {
         (Some(spp), _) => Until::Samples(spp),
         (None, Some(target)) => Until::Noise { target, at_most: MOST_SPP },
