@@ -4,8 +4,7 @@
 
 mod program;
 
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStderr, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
@@ -13,7 +12,8 @@ use nix::unistd::Pid;
 use program::{Bench, assert_says, text};
 
 /// More samples than any test waits for.
-const ENDLESS: &str = "render cloud.glb -o a.exr --preview a.png --stats a.json --aov samples --spp 4000000000";
+const ENDLESS: &str = "render cloud.glb -o a.exr --preview a.png --stats a.json --aov samples --spp 4000000000 --checkpoint c \
+     --checkpoint-every 0.05";
 
 fn start(bench: &Bench, line: &str) -> Child {
     bench.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
@@ -23,28 +23,26 @@ fn send(child: &Child, signal: Signal) {
     kill(Pid::from_raw(i32::try_from(child.id()).expect("a process number")), signal).expect("the signal is sent");
 }
 
-/// Reads on until a line of progress shows that samples have been taken.
-fn await_samples(stderr: ChildStderr) -> BufReader<ChildStderr> {
-    let mut lines = BufReader::new(stderr);
-    let mut line = String::new();
-    while !line.contains("spp") {
-        line.clear();
-        assert!(lines.read_line(&mut line).expect("a line") > 0, "the render has ended");
+/// Waits for the first checkpoint, which shows that samples have been taken.
+fn await_samples(bench: &Bench) {
+    let begun = Instant::now();
+    while !bench.path("c").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(5));
     }
-    lines
 }
 
 #[test]
 fn an_interrupt_saves_what_there_is_and_ends_with_130() {
     for signal in [Signal::SIGINT, Signal::SIGTERM] {
         let bench = Bench::with_cloud();
-        let mut child = start(&bench, ENDLESS);
-        let mut stderr = await_samples(child.stderr.take().expect("stderr"));
+        let child = start(&bench, ENDLESS);
+        await_samples(&bench);
         let sent = Instant::now();
         send(&child, signal);
-        let mut said = String::new();
-        stderr.read_to_string(&mut said).expect("UTF-8");
-        assert_eq!(child.wait().expect("it ends").code(), Some(130), "{signal}\n{said}");
+        let output = child.wait_with_output().expect("it ends");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{signal}\n{said}");
         assert!(sent.elapsed() < Duration::from_secs(20), "a tile of the picture takes less: {:?}", sent.elapsed());
         let samples = &bench.picture("a.exr").channel("samples.N").expect("samples").to_vec();
         assert!(samples.iter().all(|n| *n >= 1.0), "{samples:?}");
@@ -54,7 +52,7 @@ fn an_interrupt_saves_what_there_is_and_ends_with_130() {
         assert_says(&said, &["interrupted: a.exr keeps", &format!(" {spp} samples per pixel")]);
         assert_eq!(bench.read("a.png")[1..4], *b"PNG");
         let names: Vec<String> = bench.files().into_keys().collect();
-        assert_eq!(names, ["a.exr", "a.json", "a.png", "cloud.glb"], "nothing else is left behind");
+        assert_eq!(names, ["a.exr", "a.json", "a.png", "c", "cloud.glb"], "nothing else is left behind");
     }
 }
 

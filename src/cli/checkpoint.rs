@@ -8,6 +8,7 @@ use anyhow::anyhow;
 
 use super::failure::Failure;
 use super::identity::{About, difference};
+use super::say::say;
 use crate::image::file::{Existing, FileError, write_atomically};
 use crate::transport::keep::{self, Kept};
 use crate::transport::{RenderState, Until};
@@ -49,7 +50,7 @@ impl Checkpoints {
     /// Writes one, or warns: a full disk is no reason to lose the render as well.
     pub fn write_or_warn(&self, state: &RenderState) {
         if let Err(error) = self.write(state) {
-            eprintln!("warning: no checkpoint: {error}");
+            say!("warning: no checkpoint: {error}");
         }
     }
 }

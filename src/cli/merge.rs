@@ -9,6 +9,7 @@ use super::args::MergeArgs;
 use super::failure::Failure;
 use super::identity::{About, difference_of_parts};
 use super::output;
+use super::say::say;
 use crate::film::{Film, Joiner, is_whole, nodes_of};
 use crate::image::file::{Existing, check_writable};
 use crate::transport::keep::Kept;
@@ -35,7 +36,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     output::write(&args.output, args.preview.as_deref(), &picture, None, existing)?;
     if !args.quiet {
         let (shown, n, spp) = (args.output.display(), parts.len(), film.mean_samples());
-        eprintln!("{shown}: {n} parts, {spp} samples per pixel, noise {:.2} %", 100.0 * film.noise());
+        say!("{shown}: {n} parts, {spp} samples per pixel, noise {:.2} %", 100.0 * film.noise());
     }
     Ok(0)
 }

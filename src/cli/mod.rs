@@ -17,6 +17,7 @@ mod output;
 mod paper;
 mod progress;
 mod render;
+mod say;
 mod scene;
 mod stats;
 mod values;
@@ -28,6 +29,7 @@ use clap::Parser;
 
 use args::{BenchCommand, Cli, Command};
 use failure::Failure;
+use say::say;
 
 /// Runs the program with the given arguments (the first is its own name) and returns its exit code: 0 done, 1 failure,
 /// 2 usage, 3 the scene is at fault, 130 interrupted after saving.
@@ -44,7 +46,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            say!("error: {failure}");
             ExitCode::from(failure.exit_code())
         }
     }

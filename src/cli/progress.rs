@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::checkpoint::Checkpoints;
 use super::interrupt::Interrupts;
+use super::say::say;
 use crate::film::Film;
 use crate::image::file::FileError;
 use crate::transport::{Progress, RenderState};
@@ -103,7 +104,7 @@ impl Shown {
         }
         *last = Instant::now();
         let left = self.started.elapsed().as_secs_f64() * (1.0 / share - 1.0);
-        eprintln!("render: {:.0} %, {state}about {left:.0} s left", 100.0 * share);
+        say!("render: {:.0} %, {state}about {left:.0} s left", 100.0 * share);
     }
 }
 

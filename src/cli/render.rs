@@ -13,6 +13,7 @@ use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Recipe, Wishes};
 use super::progress::{Shown, Verbosity};
+use super::say::say;
 use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
 use crate::image::Attribute;
@@ -93,10 +94,10 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
 
 /// What was saved, and how to go on from it.
 fn say_interrupted(args: &RenderArgs, samples: u32) {
-    eprintln!("interrupted: {} keeps {samples} samples per pixel", args.output.display());
+    say!("interrupted: {} keeps {samples} samples per pixel", args.output.display());
     match &args.checkpoint {
-        Some(path) => eprintln!("go on from here with the same flags and `--resume {}`", path.display()),
-        None if args.samples.is_some() => eprintln!("it is not a whole part: `merge` will not take it"),
+        Some(path) => say!("go on from here with the same flags and `--resume {}`", path.display()),
+        None if args.samples.is_some() => say!("it is not a whole part: `merge` will not take it"),
         None => {}
     }
 }
@@ -193,7 +194,7 @@ fn report(
         stats.write(path, existing)?;
     }
     if job.verbosity > Verbosity::Quiet {
-        eprint!("{}", stats.summary(&args.output));
+        say!("{}", stats.summary(&args.output).trim_end());
     }
     Ok(())
 }
@@ -295,9 +296,9 @@ fn say_plan(plan: &EffectPlan, verbosity: Verbosity) {
         let name = decision.effect.name();
         if verbosity == Verbosity::Verbose {
             let state = if decision.on { "on" } else { "off" };
-            eprintln!("effect {name}: {state} ({})", decision.reason);
+            say!("effect {name}: {state} ({})", decision.reason);
         } else if !decision.on && decision.matters() {
-            eprintln!("left out: {name} ({})", decision.reason);
+            say!("left out: {name} ({})", decision.reason);
         }
     }
 }
