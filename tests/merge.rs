@@ -68,6 +68,7 @@ fn what_does_not_belong_together_is_refused() {
         assert_says(&bench.fails(code, &format!("merge {parts} -o m.exr")), said);
         assert!(!bench.path("m.exr").exists(), "{parts}");
     }
+    assert_says(&bench.fails(2, "merge a.exr b.exr -o ./b.exr"), &["b.exr is one of the parts"]);
     bench.ok("merge a.exr late.exr -o m.exr --allow-gaps -q");
     let mut damaged = bench.read("b.exr");
     let at = damaged.len() - 1000;

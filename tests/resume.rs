@@ -119,6 +119,7 @@ fn a_checkpoint_of_another_render_is_refused_with_what_differs() {
     }
     let said = bench.fails(2, "render cloud.glb -o a.exr --spp 4 --checkpoint c");
     assert_says(&said, &["--checkpoint c", "may hold work", "--resume c"]);
+    assert_says(&bench.fails(2, "render cloud.glb -o c --spp 4 --resume c"), &["--output c", "to go on from"]);
     assert_eq!(bench.read("a.exr"), before);
 }
 

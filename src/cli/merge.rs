@@ -9,6 +9,7 @@ use super::args::MergeArgs;
 use super::failure::Failure;
 use super::identity::{About, difference_of_parts};
 use super::output;
+use super::render::names_same_file;
 use super::say::say;
 use crate::film::{Film, Joiner, is_whole, nodes_of};
 use crate::image::file::{Existing, check_writable};
@@ -27,6 +28,15 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     output::check_kind(&args.output).map_err(Failure::usage)?;
     for path in [Some(&args.output), args.preview.as_ref()].into_iter().flatten() {
         check_writable(path, existing).map_err(Failure::other)?;
+        if let Some(part) = args.parts.iter().find(|part| names_same_file(part, path)) {
+            return Err(Failure::usage(anyhow!(
+                "{} is one of the parts; name another file for the output",
+                part.display()
+            )));
+        }
+    }
+    if args.preview.as_ref().is_some_and(|preview| names_same_file(preview, &args.output)) {
+        return Err(Failure::usage(anyhow!("--output and --preview both name {}", args.output.display())));
     }
     let mut parts = args.parts.iter().map(|path| open(path)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.samples.start);

@@ -223,6 +223,12 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
         if same_file(path, &args.scene.scene) {
             return Err(Failure::usage(anyhow!("{flag} {}: is the scene itself; name another file", path.display())));
         }
+        if *flag != "--checkpoint" && args.resume.as_ref().is_some_and(|resume| same_file(path, resume)) {
+            return Err(Failure::usage(anyhow!(
+                "{flag} {}: is the checkpoint to go on from; name another file",
+                path.display()
+            )));
+        }
         if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| names_same_file(earlier, path)) {
             let error = anyhow!("{other} and {flag} both name {}; give each a file of its own", path.display());
             return Err(Failure::usage(error));
@@ -232,7 +238,7 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
 }
 
 /// Whether two outputs, which need not exist yet, are one file. Devices such as `/dev/null` may be named twice.
-fn names_same_file(a: &Path, b: &Path) -> bool {
+pub fn names_same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         folder.canonicalize().ok().zip(path.file_name().map(ToOwned::to_owned))
