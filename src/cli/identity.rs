@@ -117,7 +117,8 @@ pub fn difference_of_parts(other: &About, this: &About) -> Option<String> {
         identity.remove(SAMPLES);
         identity
     };
-    let of_output = || (other.recipe != this.recipe).then(|| "it was made with other output flags".to_owned());
+    let of_output =
+        || (!other.recipe.makes_the_same_as(&this.recipe)).then(|| "it was made with other output flags".to_owned());
     difference(&without_samples(other), &without_samples(this)).or_else(of_output)
 }
 

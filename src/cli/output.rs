@@ -79,6 +79,13 @@ pub struct Recipe {
 }
 
 impl Recipe {
+    /// Whether the same picture comes out of the same sums. What is recorded beside it, such as the name by which each
+    /// machine calls the scene, does not count.
+    pub fn makes_the_same_as(&self, other: &Self) -> bool {
+        let attributes = self.attributes.clone();
+        *self == Self { attributes, ..other.clone() }
+    }
+
     /// Version, scene, settings and seed, and what is wished.
     pub fn new(scene: &Scene, sampling: &SpectralSampling, request: &RenderRequest, wishes: &Wishes) -> Self {
         let [x, y, _, _] = request.crop;

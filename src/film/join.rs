@@ -81,7 +81,7 @@ mod tests {
     /// Expected: nodes follow each other, are aligned, and are as many as the binary digits at most.
     #[test]
     fn ranges_are_made_of_aligned_nodes() {
-        assert_eq!(nodes_of(0..64), [0..64]);
+        assert_eq!(nodes_of(0..96), [0..64, 64..96]);
         assert_eq!(nodes_of(64..112), [64..96, 96..112]);
         assert_eq!(nodes_of(48..128), [48..64, 64..128]);
         assert_eq!(nodes_of(5..5), []);

@@ -57,8 +57,8 @@ impl Until {
     /// The runs of samples that are summed apart, since they do not join in the order in which they are taken.
     pub(super) fn runs(self) -> Vec<Range<u32>> {
         match self {
-            Self::Samples(n) => vec![0..n],
-            Self::Noise { at_most, .. } => vec![0..at_most],
+            Self::Samples(n) => std::iter::once(0..n).collect(),
+            Self::Noise { at_most, .. } => std::iter::once(0..at_most).collect(),
             Self::Range { first, end } => nodes_of(first..end),
         }
     }
