@@ -146,6 +146,70 @@ fn a_closed_pipe_is_not_an_error() {
     }
 }
 
+/// Expected: whoever reads the messages may go; the work goes on.
+#[cfg(unix)]
+#[test]
+fn a_render_survives_the_reader_of_its_messages() {
+    let bench = Bench::with_cloud();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let line = "render cloud.glb -o a.exr --spp 1 -v";
+    let status = bench.command(line).stdout(Stdio::null()).stderr(writer).status().expect("the program starts");
+    assert_eq!(status.code(), Some(0));
+    assert_eq!(bench.picture("a.exr").n_pixels(), 96);
+}
+
+/// Expected: a disk without room is named, and the files that were there are as they were.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disks_end_with_1_and_name_the_file() {
+    let bench = Bench::with_cloud();
+    bench.ok("render cloud.glb -o part.exr --samples 0..4 -q");
+    let full = ["/dev/full", "No space left"];
+    for flags in ["-o /dev/full --spp 1", "-o a.exr --preview /dev/full --spp 1", "-o a.exr --stats /dev/full --spp 1"]
+    {
+        assert_says(&bench.fails(1, &format!("render cloud.glb -q {flags}")), &full);
+    }
+    assert_says(&bench.fails(1, "render cloud.glb -q -o /dev/full --samples 0..4"), &full);
+    assert_says(&bench.fails(1, "merge part.exr -o /dev/full"), &full);
+    assert_says(&bench.fails(1, "mie --radius 1um -o /dev/full"), &full);
+    // Without a checkpoint there is a picture still.
+    std::fs::remove_file(bench.path("a.exr")).expect("removed");
+    let said = bench.fails(1, "render cloud.glb -o a.exr --spp 1 --checkpoint /dev/full");
+    assert_says(&said, &["--checkpoint", "/dev/full", "No space left"]);
+    assert_eq!(bench.picture("a.exr").n_pixels(), 96);
+    for line in ["mie --radius 1um", "inspect cloud.glb", "diff a.exr a.exr"] {
+        let stdout = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full");
+        let output = bench.command(line).stdout(stdout).stderr(Stdio::piped()).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(1), "{line}");
+        assert_says(&text(&output.stderr), &["error: ", "No space left"]);
+    }
+}
+
+/// Expected: a target that may not be written is named before any work, and kept.
+#[test]
+fn targets_that_may_not_be_written_are_kept() {
+    let bench = Bench::with_cloud();
+    let set_read_only = |name: &str| {
+        let mut permissions = std::fs::metadata(bench.write(name, "precious")).expect("there").permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(bench.path(name), permissions).expect("set");
+    };
+    for (name, flags) in
+        [("a.exr", "-o a.exr"), ("a.png", "-o b.exr --preview a.png"), ("a.json", "-o b.exr --stats a.json")]
+    {
+        set_read_only(name);
+        assert_says(&bench.fails(1, &format!("render missing.gltf {flags}")), &[name, "read-only"]);
+        assert_eq!(bench.read(name), b"precious");
+    }
+    set_read_only("c");
+    let said = bench.fails(1, "render missing.gltf -o b.exr --checkpoint c --resume c");
+    assert_says(&said, &["--checkpoint", "c is read-only"]);
+    let said = bench.fails(1, "render missing.gltf -o b.exr --checkpoint gone/c");
+    assert_says(&said, &["--checkpoint", "gone", "create it first"]);
+    assert_says(&bench.fails(1, "merge missing.exr -o gone/a.exr"), &["gone", "create it first"]);
+}
+
 #[test]
 fn clouds_that_cannot_be_generated_are_usage_errors() {
     let bench = Bench::new();

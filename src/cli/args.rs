@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use super::mie::angles::AngleList;
 use super::values::{
     length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
-    parse_point, parse_positive, parse_resolution, parse_share, parse_water,
+    parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_water,
 };
 use crate::scene::generate::CloudShape;
 
@@ -43,6 +43,8 @@ pub enum Command {
     Bench(BenchCommand),
     /// Compares two EXR pictures
     Diff(DiffArgs),
+    /// Combines parts of a picture that were rendered with `render --samples`
+    Merge(MergeArgs),
     /// Makes ten figures of a paper by its formulas and by exact Mie, side by side
     Paper(PaperArgs),
 }
@@ -110,6 +112,9 @@ pub struct RenderArgs {
     /// Samples in every pixel [default: 64, or the scene's accuracy target]
     #[arg(long, value_name = "N", conflicts_with_all = ["noise", "accuracy"], value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub spp: Option<u32>,
+    /// Renders samples A to B-1 of every pixel, a part for `merge`; 0..64, 64..128, .. make one picture
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["spp", "noise", "accuracy", "time_limit"], value_parser = parse_samples, help_heading = "Sampling")]
+    pub samples: Option<[u32; 2]>,
     /// Samples where the noise is, until the standard error is this share of the mean luminance
     #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
@@ -128,6 +133,15 @@ pub struct RenderArgs {
     /// Threads [default: one per processor]; the picture does not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
     pub threads: Option<u16>,
+    /// Keeps all sums in this file, every minute and at the end, to go on from with --resume
+    #[arg(long, value_name = "FILE", help_heading = "Running")]
+    pub checkpoint: Option<PathBuf>,
+    /// Seconds from one checkpoint to the next
+    #[arg(long, value_name = "SECONDS", default_value = "60", requires = "checkpoint", value_parser = parse_positive, help_heading = "Running")]
+    pub checkpoint_every: f64,
+    /// Goes on from a checkpoint of the same scene and flags, to the same picture as without interruption
+    #[arg(long, value_name = "FILE", help_heading = "Running")]
+    pub resume: Option<PathBuf>,
     /// Neither reads nor writes the table cache
     #[arg(long, help_heading = "Running")]
     pub no_cache: bool,
@@ -137,6 +151,28 @@ pub struct RenderArgs {
     /// Prints more
     #[arg(short, long, help_heading = "Running")]
     pub verbose: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Parts of one picture, in any order
+    #[arg(required = true, value_name = "PART.exr")]
+    pub parts: Vec<PathBuf>,
+    /// OpenEXR file to write
+    #[arg(short, long, value_name = "OUT.exr")]
+    pub output: PathBuf,
+    /// Also writes an exposed and tone-mapped PNG
+    #[arg(long, value_name = "OUT.png")]
+    pub preview: Option<PathBuf>,
+    /// Merges what is there although samples are missing in between
+    #[arg(long)]
+    pub allow_gaps: bool,
+    /// Refuses to overwrite files
+    #[arg(long)]
+    pub no_clobber: bool,
+    /// Prints errors only
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

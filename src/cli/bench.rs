@@ -4,6 +4,7 @@ use std::io::Write;
 
 use super::args::BenchParticlesArgs;
 use super::failure::Failure;
+use super::say::say;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::study::particles::{Row, Setup, columns, measure, median};
 
@@ -29,7 +30,7 @@ pub fn particles(args: &BenchParticlesArgs) -> Result<u8, Failure> {
 fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Vec<Row>, Failure> {
     let setup = Setup::default();
     let [width, height] = setup.resolution;
-    eprintln!(
+    say!(
         "{width}x{height}, {} spp, 8 wavelengths, optical depth {}, {} threads",
         setup.spp,
         setup.optical_depth,
@@ -40,7 +41,7 @@ fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Ve
         if let Some(free) =
             available_memory_bytes().filter(|free| count.saturating_mul(PEAK_BYTES_PER_PARTICLE) > *free)
         {
-            eprintln!(
+            say!(
                 "{count} particles: skipped, they need about {} MiB and {} MiB are free",
                 (count * PEAK_BYTES_PER_PARTICLE) >> 20,
                 free >> 20

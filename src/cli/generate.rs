@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use super::args::{FormName, GenerateArgs, KindName};
 use super::failure::Failure;
 use super::progress::Verbosity;
+use super::say::say;
 use super::scene::print_warnings;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::optics::distribution::SizeDistribution;
@@ -37,7 +38,7 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
         } else {
             String::new()
         };
-        eprintln!(
+        say!(
             "{}: {} particles for {:.4e} droplets{magnified}; optical depth {:.4}, {:.4} g/m3 of liquid water",
             args.output.display(),
             cloud.len(),

@@ -2,17 +2,22 @@
 
 mod args;
 mod bench;
+mod checkpoint;
 mod diff;
 mod effects;
 mod failure;
 mod generate;
+mod identity;
 mod inspect;
+mod interrupt;
 mod limits;
+mod merge;
 mod mie;
 mod output;
 mod paper;
 mod progress;
 mod render;
+mod say;
 mod scene;
 mod stats;
 mod values;
@@ -24,6 +29,7 @@ use clap::Parser;
 
 use args::{BenchCommand, Cli, Command};
 use failure::Failure;
+use say::say;
 
 /// Runs the program with the given arguments (the first is its own name) and returns its exit code: 0 done, 1 failure,
 /// 2 usage, 3 the scene is at fault, 130 interrupted after saving.
@@ -40,7 +46,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            say!("error: {failure}");
             ExitCode::from(failure.exit_code())
         }
     }
@@ -54,6 +60,7 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Inspect(args) => inspect::run(&args),
         Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Paper(args) => paper::run(&args),
     }
 }

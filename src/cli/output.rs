@@ -1,17 +1,19 @@
 //! From sums to files: which channels are written, in which units, and what is recorded with them.
 
+use std::io::Write;
 use std::path::Path;
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
+use serde::{Deserialize, Serialize};
 
 use super::failure::Failure;
-use crate::film::{Layer, Wanted, develop};
-use crate::image::file::Existing;
+use crate::film::{Film, Layer, Wanted, develop};
+use crate::image::file::{Existing, write_atomically};
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
 use crate::scene::model::Scene;
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::suggest::closest;
-use crate::transport::{RenderOutcome, RenderRequest, Spectral};
+use crate::transport::{RenderRequest, RenderState, Spectral, keep};
 
 /// What the user wants beside R, G, B, A.
 #[derive(Clone, Debug)]
@@ -61,30 +63,56 @@ fn parse_aov(list: &str) -> anyhow::Result<Vec<Wanted>> {
     Ok(parts.concat())
 }
 
-/// What is recorded with a picture of a scene.
-pub struct Description {
-    attributes: Vec<(String, Attribute)>,
-    frame: Frame,
-    total_lux: f64,
+/// How a picture is made of sums: what is recorded with it, which channels it has, in which units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    attributes: Vec<(String, String)>,
+    /// Left, top, full width, full height.
+    frame: (i32, i32, u32, u32),
+    white_luminance_cd_m2: Option<f32>,
+    /// Whether R, G, B are colours, not radiances at three wavelengths.
+    is_colour: bool,
+    scale: f64,
+    wanted: Vec<String>,
+    /// Wavelengths at which radiance is written, nm.
+    wavelengths_nm: Vec<f64>,
 }
 
-impl Description {
-    /// Version, scene, settings and seed.
-    pub fn new(scene: &Scene, sampling: &SpectralSampling, request: &RenderRequest) -> Self {
-        let text = |value: String| Attribute::Text(value);
+impl Recipe {
+    /// Whether the same picture comes out of the same sums. What is recorded beside it, such as the name by which each
+    /// machine calls the scene, does not count.
+    pub fn makes_the_same_as(&self, other: &Self) -> bool {
+        let attributes = self.attributes.clone();
+        *self == Self { attributes, ..other.clone() }
+    }
+
+    /// Version, scene, settings and seed, and what is wished.
+    pub fn new(scene: &Scene, sampling: &SpectralSampling, request: &RenderRequest, wishes: &Wishes) -> Self {
         let [x, y, _, _] = request.crop;
         let [full_width, full_height] = scene.settings.image.resolution;
-        let attributes = vec![
-            ("software".into(), text(format!("mie-cloud {}", env!("CARGO_PKG_VERSION")))),
-            ("mieCloud:version".into(), text(env!("CARGO_PKG_VERSION").into())),
-            ("mieCloud:scene".into(), text(scene.name.clone())),
-            ("mieCloud:sceneHash".into(), text(scene.hash.clone())),
-            ("mieCloud:settings".into(), text(scene.settings.to_json().to_string())),
-            ("mieCloud:spectralMode".into(), text(sampling.mode().to_string())),
-            ("mieCloud:seed".into(), text(request.seed.to_string())),
+        let attributes = [
+            ("software", format!("mie-cloud {}", env!("CARGO_PKG_VERSION"))),
+            ("mieCloud:version", env!("CARGO_PKG_VERSION").into()),
+            ("mieCloud:scene", scene.name.clone()),
+            ("mieCloud:sceneHash", scene.hash.clone()),
+            ("mieCloud:settings", scene.settings.to_json().to_string()),
+            ("mieCloud:spectralMode", sampling.mode().to_string()),
+            ("mieCloud:seed", request.seed.to_string()),
         ];
-        let total_lux = scene.suns.iter().map(|sun| sun.lux).sum();
-        Self { attributes, frame: Frame { x: x as i32, y: y as i32, full_width, full_height }, total_lux }
+        let white = sampling.white_luminance_cd_m2(scene.suns.iter().map(|sun| sun.lux).sum());
+        let kept = if wishes.spectral == Spectral::Keep { &sampling.wavelengths_m[..] } else { &[] };
+        let all = Wanted::all();
+        let name = |wanted: &Wanted| all.iter().find(|(known, _)| known == wanted).map(|(_, name)| (*name).to_owned());
+        Self {
+            attributes: attributes.map(|(name, value)| (name.to_owned(), value)).to_vec(),
+            frame: (x as i32, y as i32, full_width, full_height),
+            // After scaling, the pixel value 1.0 is one cd/m^2.
+            white_luminance_cd_m2: white.map(|white| if wishes.absolute { 1.0 } else { white as f32 }),
+            is_colour: matches!(sampling.mode(), SpectralMode::Bands { .. }),
+            scale: white.filter(|_| wishes.absolute).unwrap_or(1.0),
+            wanted: wishes.wanted.iter().filter_map(name).collect(),
+            wavelengths_nm: kept.iter().map(|m| m * 1e9).collect(),
+        }
     }
 }
 
@@ -107,39 +135,51 @@ pub fn check_kind(path: &Path) -> anyhow::Result<()> {
 }
 
 /// The finished picture.
-pub fn picture(
-    outcome: &RenderOutcome,
-    description: &Description,
-    wishes: &Wishes,
-    sampling: &SpectralSampling,
-) -> Picture {
-    let film = &outcome.film;
+pub fn picture(film: &Film, recipe: &Recipe) -> Picture {
     let mut picture = Picture::new(film.width() as u32, film.height() as u32);
-    let white = sampling.white_luminance_cd_m2(description.total_lux);
-    let scale = if wishes.absolute { white.unwrap_or(1.0) } else { 1.0 };
-    picture.frame = description.frame;
-    // After scaling, the pixel value 1.0 is one cd/m^2.
-    picture.white_luminance_cd_m2 = white.map(|white| if wishes.absolute { 1.0 } else { white as f32 });
-    if !matches!(sampling.mode(), SpectralMode::Bands { .. }) {
+    let (x, y, full_width, full_height) = recipe.frame;
+    picture.frame = Frame { x, y, full_width, full_height };
+    picture.white_luminance_cd_m2 = recipe.white_luminance_cd_m2;
+    if !recipe.is_colour {
         picture.chromaticities = None;
     }
-    for channel in develop(film, &wishes.wanted, scale) {
+    let wanted: Vec<Wanted> =
+        Wanted::all().into_iter().filter(|(_, name)| recipe.wanted.iter().any(|w| w == name)).map(|(w, _)| w).collect();
+    for channel in develop(film, &wanted, recipe.scale) {
         picture.push(channel.name, channel.values);
     }
-    if wishes.spectral == Spectral::Keep {
-        let planes = sampling.wavelengths_m.iter().enumerate().map(|(w, m)| (m * 1e9, film.spectral_plane(w)));
+    if film.n_spectral() > 0 {
+        let kept = recipe.wavelengths_nm.iter().take(film.n_spectral()).enumerate();
+        let planes = kept.map(|(w, nm)| (*nm, film.spectral_plane(w)));
         spectral::add_spectrum(&mut picture, planes, "sr^-1");
     }
-    for (name, value) in &description.attributes {
-        picture.record(name.clone(), value.clone());
+    for (name, value) in &recipe.attributes {
+        picture.record(name.clone(), Attribute::Text(value.clone()));
     }
-    picture.record("mieCloud:samples", Attribute::Int(outcome.samples as i32));
+    picture.record("mieCloud:samples", Attribute::Int(film.mean_samples() as i32));
     picture
 }
 
-/// Writes the picture and, if wished, its preview.
-pub fn write(exr_path: &Path, preview: Option<&Path>, picture: &Picture, existing: Existing) -> Result<(), Failure> {
-    exr::write(exr_path, picture, existing).map_err(Failure::other)?;
+/// A part of a picture: its state, and what it is of.
+pub type PartOf<'a> = (&'a serde_json::Value, &'a RenderState);
+
+/// Writes the picture, the sums that it is made of if it is a part, and, if wished, its preview.
+pub fn write(
+    exr_path: &Path,
+    preview: Option<&Path>,
+    picture: &Picture,
+    part: Option<PartOf>,
+    existing: Existing,
+) -> Result<(), Failure> {
+    match part {
+        None => exr::write(exr_path, picture, existing).map_err(Failure::other)?,
+        Some((about, state)) => {
+            let encoded = exr::encode(picture).with_context(|| format!("cannot write {}", exr_path.display()));
+            let encoded = encoded.map_err(Failure::other)?;
+            let write = |out: &mut dyn Write| out.write_all(&encoded).and_then(|()| keep::write(out, about, state));
+            write_atomically(exr_path, existing, write).map_err(Failure::other)?;
+        }
+    }
     if let Some(path) = preview {
         png::write_preview(path, picture, existing).map_err(Failure::other)?;
     }

@@ -8,6 +8,7 @@ use anyhow::{Context, anyhow};
 use super::args::PaperArgs;
 use super::failure::Failure;
 use super::render::in_thread_pool;
+use super::say::say;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::image::{exr, png};
 use crate::paper::{self, FIGURES, Figure, Method, Study, contact_sheet};
@@ -29,7 +30,7 @@ fn run_here(args: &PaperArgs) -> Result<u8, Failure> {
     let text = paper::text(&studies).map_err(Failure::other)?;
     write_files(folder, &studies, &text, existing)?;
     if !args.quiet {
-        eprintln!("{}: {SHEET}, {CSV}, {TEXT} and {} pictures", folder.display(), pictures().count());
+        say!("{}: {SHEET}, {CSV}, {TEXT} and {} pictures", folder.display(), pictures().count());
     }
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(Failure::other)?;
     Ok(0)
@@ -66,7 +67,7 @@ fn picture_path(folder: &Path, figure: &Figure, method: Method) -> PathBuf {
 fn make_all(args: &PaperArgs) -> Result<Vec<Study>, Failure> {
     let make = |figure: &Figure| {
         if !args.quiet {
-            eprintln!("figure {} of {}: {} nm", figure.number, FIGURES.len(), figure.diameter_nm);
+            say!("figure {} of {}: {} nm", figure.number, FIGURES.len(), figure.diameter_nm);
         }
         paper::make(figure, args.resolution).map_err(Failure::other)
     };

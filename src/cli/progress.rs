@@ -6,8 +6,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::checkpoint::Checkpoints;
+use super::interrupt::Interrupts;
+use super::say::say;
 use crate::film::Film;
-use crate::transport::Progress;
+use crate::image::file::FileError;
+use crate::transport::{Progress, RenderState};
 
 /// How much the program says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -23,7 +27,7 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Steps of the bar.
 const BAR_LENGTH: u64 = 1000;
 
-/// Shows progress, and ends the render when its time is up.
+/// Shows progress, and ends the render when its time is up or the user has had enough.
 pub struct Shown {
     bar: Option<ProgressBar>,
     started: Instant,
@@ -31,11 +35,18 @@ pub struct Shown {
     /// What was known at the end of the last round.
     state: Mutex<String>,
     time_limit: Option<Duration>,
+    interrupts: Interrupts,
+    checkpoints: Option<Checkpoints>,
 }
 
 impl Shown {
-    /// Progress on stderr, and the seconds after which to stop.
-    pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>) -> Self {
+    /// Progress on stderr, the seconds after which to stop, the interrupts that stop it sooner, and what is kept meanwhile.
+    pub fn new(
+        verbosity: Verbosity,
+        time_limit_s: Option<f64>,
+        interrupts: Interrupts,
+        checkpoints: Option<Checkpoints>,
+    ) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let quiet = verbosity == Verbosity::Quiet;
         let bar = (!quiet && terminal).then(|| {
@@ -50,7 +61,22 @@ impl Shown {
             state: Mutex::default(),
             last_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now())),
             time_limit: time_limit_s.map(Duration::from_secs_f64),
+            interrupts,
+            checkpoints,
         }
+    }
+
+    /// Whether the user wanted an early end.
+    pub fn interrupted(&self) -> bool {
+        self.interrupts.heard()
+    }
+
+    /// Keeps the state at the end.
+    ///
+    /// # Errors
+    /// When the checkpoint cannot be written.
+    pub fn keep(&self, state: &RenderState) -> Result<(), FileError> {
+        self.checkpoints.iter().try_for_each(|checkpoints| checkpoints.write(state))
     }
 
     /// Removes the bar.
@@ -78,7 +104,7 @@ impl Shown {
         }
         *last = Instant::now();
         let left = self.started.elapsed().as_secs_f64() * (1.0 / share - 1.0);
-        eprintln!("render: {:.0} %, {state}about {left:.0} s left", 100.0 * share);
+        say!("render: {:.0} %, {state}about {left:.0} s left", 100.0 * share);
     }
 }
 
@@ -104,6 +130,16 @@ impl Progress for Shown {
     }
 
     fn should_stop(&self) -> bool {
-        self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
+        self.interrupts.heard() || self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
+    }
+
+    fn should_pause(&self) -> bool {
+        self.checkpoints.as_ref().is_some_and(Checkpoints::due)
+    }
+
+    fn pause(&self, state: &RenderState) {
+        if let Some(checkpoints) = &self.checkpoints {
+            checkpoints.write_or_warn(state);
+        }
     }
 }

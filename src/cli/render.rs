@@ -6,18 +6,23 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::args::RenderArgs;
+use super::checkpoint::{self, Checkpoints};
 use super::failure::{Failure, INTERRUPTED};
+use super::identity::{About, identity};
+use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
-use super::output::{self, Wishes};
+use super::output::{self, Recipe, Wishes};
 use super::progress::{Shown, Verbosity};
+use super::say::say;
 use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
+use crate::image::Attribute;
 use crate::image::file::{Existing, check_writable};
 use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{Prepared, RenderOutcome, RenderRequest, Stage, Until, render};
+use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stage, Until, go_on};
 use crate::warning::Warning;
 
 /// Accuracy when neither flag nor scene asks for one.
@@ -51,30 +56,69 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
     say_plan(&job.plan, job.verbosity);
 
-    let progress = Shown::new(job.verbosity, args.time_limit);
-    let outcome = render(&prepared.context(), &job.request, &progress);
+    let ctx = prepared.context();
+    let mut state = RenderState::new(&ctx, &job.request);
+    if let Some(path) = &args.resume {
+        state = checkpoint::resume(path, &job.about, &state, job.request.until)?;
+    }
+    let keep = |path: &PathBuf| Checkpoints::new(path, &job.about, args.checkpoint_every);
+    let checkpoints = args.checkpoint.as_ref().map(keep).transpose()?;
+    // Before this there is nothing to save: an interrupt ends the program, and previous files stay as they are.
+    let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
+    let progress = Shown::new(job.verbosity, args.time_limit, interrupts, checkpoints);
+    let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
     seconds.render = watch.lap();
 
-    let picture = output::picture(&outcome, &job.description, &job.wishes, &job.sampling);
-    output::write(&args.output, args.preview.as_deref(), &picture, existing)?;
+    // The picture is written even where the checkpoint cannot be.
+    let kept = progress.keep(&state);
+    let part = job.part().filter(|_| !stopped).map(|about| (about, state.clone()));
+    let outcome = state.finish(&job.request, stopped);
+    let mut picture = output::picture(&outcome.film, &job.about.recipe);
+    if let Until::Range { first, end } = job.request.until {
+        picture.record("mieCloud:sampleRange", Attribute::Text(format!("{first}..{end}")));
+    }
+    let part = part.as_ref().map(|(about, state)| (about, state));
+    output::write(&args.output, args.preview.as_deref(), &picture, part, existing)?;
     seconds.write = watch.lap();
     seconds.total = watch.total();
     report(args, &job, &prepared, &outcome, seconds, existing)?;
+    kept.map_err(|error| Failure::other(anyhow::Error::new(error).context("--checkpoint")))?;
     // A time limit is a way to be done; an interrupt is not.
-    Ok(if outcome.stopped && args.time_limit.is_none() { INTERRUPTED } else { 0 })
+    let interrupted = outcome.stopped && progress.interrupted();
+    if interrupted {
+        say_interrupted(args, outcome.samples);
+    }
+    Ok(if interrupted { INTERRUPTED } else { 0 })
+}
+
+/// What was saved, and how to go on from it.
+fn say_interrupted(args: &RenderArgs, samples: u32) {
+    say!("interrupted: {} keeps {samples} samples per pixel", args.output.display());
+    match &args.checkpoint {
+        Some(path) => say!("go on from here with the same flags and `--resume {}`", path.display()),
+        None if args.samples.is_some() => say!("it is not a whole part: `merge` will not take it"),
+        None => {}
+    }
 }
 
 /// What is to be done, as flags and scene say it together.
 struct Job {
     verbosity: Verbosity,
-    wishes: Wishes,
     sampling: SpectralSampling,
     plan: EffectPlan,
     request: RenderRequest,
-    description: output::Description,
+    about: About,
     camera: String,
     scene_warnings: Vec<Warning>,
+}
+
+impl Job {
+    /// What is recorded with a part of a picture; none where it is a whole one.
+    fn part(&self) -> Option<serde_json::Value> {
+        let Until::Range { first, end } = self.request.until else { return None };
+        serde_json::to_value(About { part: Some([first, end]), ..self.about.clone() }).ok()
+    }
 }
 
 /// Reads the scene and settles everything that flags and settings decide.
@@ -97,10 +141,12 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
         layers: wishes.film_layers(),
         spectral: wishes.spectral,
     };
-    let description = output::Description::new(&scene, &sampling, &request);
+    let recipe = Recipe::new(&scene, &sampling, &request, &wishes);
+    let identity = identity(&scene, &sampling, &plan, &request, (target, args.order)).map_err(Failure::scene)?;
+    let about = About { identity, recipe, part: None };
     let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
     let verbosity = verbosity(args);
-    Ok((scene, Job { verbosity, wishes, sampling, plan, request, description, camera, scene_warnings }))
+    Ok((scene, Job { verbosity, sampling, plan, request, about, camera, scene_warnings }))
 }
 
 /// Makes tables and tree, and prints what was noticed on the way.
@@ -148,7 +194,7 @@ fn report(
         stats.write(path, existing)?;
     }
     if job.verbosity > Verbosity::Quiet {
-        eprint!("{}", stats.summary(&args.output));
+        say!("{}", stats.summary(&args.output).trim_end());
     }
     Ok(())
 }
@@ -167,23 +213,32 @@ fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
     let outputs: Vec<(&str, &PathBuf)> =
         [("--output", Some(&args.output)), ("--preview", args.preview.as_ref()), ("--stats", args.stats.as_ref())]
             .into_iter()
+            .chain([("--checkpoint", args.checkpoint.as_ref())])
             .filter_map(|(flag, path)| path.map(|path| (flag, path)))
             .collect();
     for (i, (flag, path)) in outputs.iter().enumerate() {
+        // A checkpoint is there to be replaced.
+        let existing = if *flag == "--checkpoint" { Existing::Replace } else { existing };
         check_writable(path, existing).map_err(|error| Failure::other(anyhow::Error::new(error).context(*flag)))?;
         if same_file(path, &args.scene.scene) {
             return Err(Failure::usage(anyhow!("{flag} {}: is the scene itself; name another file", path.display())));
+        }
+        if *flag != "--checkpoint" && args.resume.as_ref().is_some_and(|resume| same_file(path, resume)) {
+            return Err(Failure::usage(anyhow!(
+                "{flag} {}: is the checkpoint to go on from; name another file",
+                path.display()
+            )));
         }
         if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| names_same_file(earlier, path)) {
             let error = anyhow!("{other} and {flag} both name {}; give each a file of its own", path.display());
             return Err(Failure::usage(error));
         }
     }
-    Ok(())
+    args.checkpoint.iter().try_for_each(|path| checkpoint::check_kept(path, args.resume.as_deref()))
 }
 
 /// Whether two outputs, which need not exist yet, are one file. Devices such as `/dev/null` may be named twice.
-fn names_same_file(a: &Path, b: &Path) -> bool {
+pub fn names_same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         folder.canonicalize().ok().zip(path.file_name().map(ToOwned::to_owned))
@@ -227,6 +282,9 @@ fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), 
 }
 
 fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {
+    if let Some([first, end]) = args.samples {
+        return Until::Range { first, end };
+    }
     match (args.spp, args.noise.or(accuracy)) {
         (Some(spp), _) => Until::Samples(spp),
         (None, Some(target)) => Until::Noise { target, at_most: MOST_SPP },
@@ -244,9 +302,9 @@ fn say_plan(plan: &EffectPlan, verbosity: Verbosity) {
         let name = decision.effect.name();
         if verbosity == Verbosity::Verbose {
             let state = if decision.on { "on" } else { "off" };
-            eprintln!("effect {name}: {state} ({})", decision.reason);
+            say!("effect {name}: {state} ({})", decision.reason);
         } else if !decision.on && decision.matters() {
-            eprintln!("left out: {name} ({})", decision.reason);
+            say!("left out: {name} ({})", decision.reason);
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::cli::args::SceneArgs;
 use crate::cli::failure::Failure;
 use crate::cli::progress::Verbosity;
+use crate::cli::say::say;
 use crate::scene::model::Scene;
 use crate::scene::{LoadOptions, SceneError, load};
 use crate::warning::Warning;
@@ -33,6 +34,6 @@ pub fn print_warnings(warnings: &[Warning], verbosity: Verbosity) {
     }
     let mut seen = std::collections::HashSet::new();
     for warning in warnings.iter().filter(|warning| seen.insert(*warning)) {
-        eprintln!("warning: {warning}");
+        say!("warning: {warning}");
     }
 }

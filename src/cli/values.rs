@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 
+use crate::film::{block_of, is_whole};
 use crate::units::parse_length_m;
 
 pub fn length(text: &str) -> Result<f64, String> {
@@ -64,6 +65,25 @@ pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
     if crop[2] > 0 && crop[3] > 0 { Ok(crop) } else { Err("width and height must be at least 1".into()) }
 }
 
+/// A range of samples that cuts no block, e.g. `64..128`.
+pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let ends = text.split_once("..").map(|(start, end)| (start.trim().parse::<u32>(), end.trim().parse::<u32>()));
+    let Some((Ok(start), Ok(end))) = ends else { return Err("write A..B, e.g. 0..64 or 64..128".into()) };
+    if start >= end {
+        return Err(format!("{start}..{end} is empty; write A..B with A < B, e.g. 0..64"));
+    }
+    if is_whole(&(start..end)) {
+        return Ok([start, end]);
+    }
+    let (first, last) = (block_of(start), block_of(end));
+    let starts = [first.start, if first.start == start { start } else { first.end }];
+    let ends = [last.start, if last.start == end { end } else { last.end }];
+    let mut allowed: Vec<[u32; 2]> = starts.iter().flat_map(|a| ends.map(|b| [*a, b])).filter(|[a, b]| a < b).collect();
+    allowed.dedup();
+    let allowed: Vec<String> = allowed.iter().map(|[a, b]| format!("{a}..{b}")).collect();
+    Err(format!("it cuts samples that are drawn together; the nearest ranges that do not: {}", allowed.join(", ")))
+}
+
 /// A count may be written 1e6.
 pub fn parse_count(text: &str) -> Result<u64, String> {
     let value = number(text)?;
@@ -103,5 +123,18 @@ mod tests {
         assert_eq!(parse_point("20m,-2m,0.5km"), Ok([20.0, -2.0, 500.0]));
         assert_eq!(parse_water("0.3g/m3"), Ok(0.3));
         assert!(parse_water("0.3").is_err());
+    }
+
+    #[test]
+    fn ranges_of_samples_cut_no_block() {
+        assert_eq!(parse_samples("0..64"), Ok([0, 64]));
+        assert_eq!(parse_samples("64..112"), Ok([64, 112]));
+        let said = |text| parse_samples(text).err().unwrap_or_default();
+        assert!(said("64..100").ends_with("64..96, 64..112"), "{}", said("64..100"));
+        assert!(said("3..9").ends_with("2..8, 2..12, 4..8, 4..12"), "{}", said("3..9"));
+        assert!(said("5..7").ends_with("4..8"), "{}", said("5..7"));
+        for text in ["", "64", "..", "4..2", "4..4", "-1..4", "0..1e3"] {
+            assert!(parse_samples(text).is_err(), "{text}");
+        }
     }
 }

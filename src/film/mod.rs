@@ -2,12 +2,14 @@
 
 mod block;
 mod develop;
+mod join;
 mod noise;
 mod tally;
 mod tile;
 
 pub use block::block_of;
 pub use develop::{Channel, Wanted, develop};
+pub use join::{Joiner, is_whole, nodes_of};
 pub use noise::{Noise, Spread};
 pub use tally::Tally;
 pub use tile::{Tile, TilePixels};
@@ -102,6 +104,57 @@ impl Film {
         film
     }
 
+    /// A film of known sums, as `sums` gives them; `None` where their number is wrong.
+    pub fn from_sums(width: u32, height: u32, layers: &[Layer], n_spectral: usize, sums: Vec<f64>) -> Option<Self> {
+        let right = Self::n_sums(width, height, layers.len(), n_spectral)? == sums.len() as u64;
+        let (width, height) = (width as usize, height as usize);
+        right.then(|| Self { width, height, layers: layers.to_vec(), n_spectral, sums })
+    }
+
+    /// How many numbers a film of this shape consists of; `None` where there are too many to count.
+    pub fn n_sums(width: u32, height: u32, n_layers: usize, n_spectral: usize) -> Option<u64> {
+        let pixels = (Tile::count(width as usize, height as usize) as u64).checked_mul(tile::PIXELS as u64)?;
+        let stride = n_layers.checked_mul(3)?.checked_add(n_spectral)?.checked_add(slot::LAYERS)?;
+        pixels.checked_mul(stride as u64)
+    }
+
+    /// Every sum of every pixel, tile by tile.
+    pub fn sums(&self) -> &[f64] {
+        &self.sums
+    }
+
+    /// The layers that are kept apart.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The number of wavelengths at which radiance is kept.
+    pub fn n_spectral(&self) -> usize {
+        self.n_spectral
+    }
+
+    /// Whether another film has the same pixels and layers.
+    pub fn has_shape_of(&self, other: &Self) -> bool {
+        let shape = |film: &Self| (film.width, film.height, film.n_spectral);
+        shape(self) == shape(other) && self.layers == other.layers
+    }
+
+    /// A film of this shape without samples.
+    pub fn emptied(&self) -> Self {
+        Self::new(self.width as u32, self.height as u32, &self.layers, self.n_spectral)
+    }
+
+    /// Number of pixels.
+    pub fn n_pixels(&self) -> u64 {
+        self.width as u64 * self.height as u64
+    }
+
+    /// Adds the samples of another film of the same shape.
+    pub fn add(&mut self, other: &Self) {
+        debug_assert!(self.has_shape_of(other));
+        self.sums.par_iter_mut().zip(&other.sums).for_each(|(sum, other)| *sum += other);
+    }
+
     fn stride(&self) -> usize {
         slot::LAYERS + 3 * self.layers.len() + self.n_spectral
     }
@@ -167,6 +220,17 @@ impl Film {
     /// Samples of all pixels together.
     pub fn samples(&self) -> u64 {
         self.pixels().map(|pixel| pixel[slot::COUNT] as u64).sum()
+    }
+
+    /// Samples per pixel, on average.
+    pub fn mean_samples(&self) -> u32 {
+        let pixels = self.n_pixels();
+        u32::try_from((self.samples() + pixels / 2) / pixels.max(1)).unwrap_or(u32::MAX)
+    }
+
+    /// Whether every pixel has a sample.
+    pub fn is_covered(&self) -> bool {
+        self.pixels().all(|pixel| pixel[slot::COUNT] > 0.0)
     }
 
     /// Mean luminance of the picture.

@@ -6,6 +6,7 @@ pub mod file;
 pub mod picture;
 pub mod png;
 pub mod preview;
+pub mod sealed;
 pub mod spectral;
 
 pub use file::Existing;

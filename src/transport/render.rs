@@ -1,15 +1,18 @@
 //! The picture loop: rounds of samples over all pixels, in parallel, until enough are taken.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use serde::{Deserialize, Serialize};
 
 use super::random::PathRandom;
-use super::rounds::{Targets, next_round};
+use super::rounds::Targets;
 use super::sample::{RenderContext, Scratch, take_sample};
-use crate::film::{Film, Layer, Tally};
+use super::state::RenderState;
+use crate::film::{Film, Layer, Tally, nodes_of};
 
 /// Rays traced, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayCounts {
     /// Camera rays.
     pub camera: u64,
@@ -43,9 +46,22 @@ impl RayCounts {
 pub enum Until {
     /// After this many samples in every pixel.
     Samples(u32),
+    /// After these samples in every pixel, a part of a picture. The range must cut no block (`film::is_whole`).
+    Range { first: u32, end: u32 },
     /// When the noise (`Film::noise`) is at most `target`, samples being spent where the noise is, or after `at_most`
     /// samples in every noisy pixel. A target of 0 goes on until it is stopped.
     Noise { target: f64, at_most: u32 },
+}
+
+impl Until {
+    /// The runs of samples that are summed apart, since they do not join in the order in which they are taken.
+    pub(super) fn runs(self) -> Vec<Range<u32>> {
+        match self {
+            Self::Samples(n) => std::iter::once(0..n).collect(),
+            Self::Noise { at_most, .. } => std::iter::once(0..at_most).collect(),
+            Self::Range { first, end } => nodes_of(first..end),
+        }
+    }
 }
 
 /// What is to be rendered of a scene.
@@ -72,7 +88,7 @@ pub enum Spectral {
     Keep,
 }
 
-/// Hears how far a picture is, and may end it.
+/// Hears how far a picture is, and may pause or end it.
 pub trait Progress: Sync {
     /// Some pixels have been finished; samples of all pixels together so far, and expected in all. Called from all threads.
     fn samples(&self, _taken: u64, _expected: u64) {}
@@ -82,6 +98,12 @@ pub trait Progress: Sync {
     fn should_stop(&self) -> bool {
         false
     }
+    /// Whether to pause now; asked at every tile.
+    fn should_pause(&self) -> bool {
+        false
+    }
+    /// All threads rest: time to keep a copy of what there is.
+    fn pause(&self, _state: &RenderState) {}
 }
 
 /// Hears nothing and never stops.
@@ -106,26 +128,55 @@ pub struct RenderOutcome {
 /// A round brings every pixel to a number of samples that is settled before it begins. Where the render is stopped within a
 /// round, some pixels have more samples than others; their sums are complete all the same.
 pub fn render(ctx: &RenderContext, request: &RenderRequest, progress: &dyn Progress) -> RenderOutcome {
-    let n_wavelengths = ctx.media.n_wavelengths();
-    let n_spectral = if request.spectral == Spectral::Keep { n_wavelengths } else { 0 };
-    let [_, _, width, height] = request.crop;
-    let film = Film::new(width, height, &request.layers, n_spectral);
-    let mut outcome = RenderOutcome { film, samples: 0, rays: RayCounts::default(), stopped: false };
-    let mut taken = 0;
-    while let Some(round) = next_round(&outcome.film, taken, request.until) {
-        let stoppable = taken > 0;
-        if stoppable && progress.should_stop() {
-            outcome.stopped = true;
+    let mut state = RenderState::new(ctx, request);
+    let stopped = go_on(ctx, request, &mut state, progress);
+    state.finish(request, stopped)
+}
+
+/// Goes on with a render of the same context and request, and returns whether it was stopped before it was done. The state
+/// at the end does not depend on how often it was paused or stopped on the way.
+pub fn go_on(ctx: &RenderContext, request: &RenderRequest, state: &mut RenderState, progress: &dyn Progress) -> bool {
+    let runs = request.until.runs();
+    while let Some(run) = runs.get(state.current()) {
+        if !finish_run(ctx, request, run, state, progress) {
+            return true;
+        }
+        if state.current() + 1 == runs.len() {
             break;
         }
-        let hears = Hears { progress, stoppable, taken: AtomicU64::new(taken), expected: round.expected };
-        outcome.rays.add(&render_round(ctx, request, &round.targets, &mut outcome.film, &hears));
-        taken = hears.taken.into_inner();
-        progress.round(taken, round.expected, &outcome.film);
+        state.begin_run();
     }
-    let pixels = u64::from(width) * u64::from(height);
-    outcome.samples = u32::try_from((taken + pixels / 2) / pixels.max(1)).unwrap_or(u32::MAX);
-    outcome
+    false
+}
+
+/// Takes the samples of a run, round by round; false where it was stopped.
+fn finish_run(
+    ctx: &RenderContext,
+    request: &RenderRequest,
+    run: &Range<u32>,
+    state: &mut RenderState,
+    progress: &dyn Progress,
+) -> bool {
+    while let Some(round) = state.begin_round(request.until, run) {
+        loop {
+            let stoppable = state.is_covered();
+            if stoppable && progress.should_stop() {
+                return false;
+            }
+            let hears = Hears::new(progress, stoppable, state.samples(), round.expected);
+            let rays = render_round(ctx, request, run.start, &round.targets, state.film(), &hears);
+            state.rays.add(&rays);
+            if !hears.broke_off.into_inner() {
+                break;
+            }
+            if progress.should_pause() {
+                progress.pause(state);
+            }
+        }
+        state.end_round();
+        progress.round(state.samples(), round.expected, state.film());
+    }
+    true
 }
 
 /// What a round tells and asks on the way.
@@ -134,12 +185,29 @@ struct Hears<'a> {
     stoppable: bool,
     taken: AtomicU64,
     expected: u64,
+    /// Whether a tile has been done: a pause comes after some work, however often it is asked for.
+    worked: AtomicBool,
+    /// Whether a tile has been left out.
+    broke_off: AtomicBool,
 }
 
-/// Brings every pixel to its target.
+impl<'a> Hears<'a> {
+    fn new(progress: &'a dyn Progress, stoppable: bool, taken: u64, expected: u64) -> Self {
+        let (worked, broke_off) = (AtomicBool::new(false), AtomicBool::new(false));
+        Self { progress, stoppable, taken: AtomicU64::new(taken), expected, worked, broke_off }
+    }
+
+    fn breaks_off(&self) -> bool {
+        let stop = self.stoppable && self.progress.should_stop();
+        stop || self.worked.load(Ordering::Relaxed) && self.progress.should_pause()
+    }
+}
+
+/// Brings every pixel to its target, unless it is broken off.
 fn render_round(
     ctx: &RenderContext,
     request: &RenderRequest,
+    first: u32,
     targets: &Targets,
     film: &mut Film,
     hears: &Hears,
@@ -148,17 +216,25 @@ fn render_round(
     let tools = || (Scratch::new(ctx), empty.clone());
     let counts = film.par_tiles(&tools, |(scratch, tally), tile, mut pixels| {
         // A tile that has been begun is finished.
-        let stop = hears.stoppable && hears.progress.should_stop();
+        let break_off = hears.breaks_off();
         let mut taken = 0;
         for (x, y) in tile.pixels() {
             let samples = pixels.samples(x, y)..targets.of(tile.index, x, y);
-            if stop || samples.is_empty() {
+            if samples.is_empty() {
                 continue;
             }
+            if break_off {
+                hears.broke_off.store(true, Ordering::Relaxed);
+                break;
+            }
             taken += samples.len() as u64;
+            let samples = first.saturating_add(samples.start)..first.saturating_add(samples.end);
             tally.start(samples.start);
             add_samples(ctx, request, [x as u32, y as u32], samples, (scratch, tally));
             pixels.pour(x, y, tally);
+        }
+        if taken > 0 {
+            hears.worked.store(true, Ordering::Relaxed);
         }
         let so_far = taken + hears.taken.fetch_add(taken, Ordering::Relaxed);
         hears.progress.samples(so_far, hears.expected);

@@ -6,6 +6,10 @@
 //! other colour only: if a rare bright sample of its own earned it more samples, these would dilute it, and the picture
 //! would be too dark.
 
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
 use super::render::Until;
 use crate::film::{Film, Spread, Tile, block_of};
 
@@ -20,7 +24,7 @@ const BENEFIT_OF_DOUBT: f64 = 0.01;
 const LARGEST_STEP: f64 = 0.75;
 
 /// Samples that each pixel should have after a round.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Targets {
     /// As many in every pixel.
     Even(u32),
@@ -29,6 +33,11 @@ pub(super) enum Targets {
 }
 
 impl Targets {
+    /// Whether there is a target for every tile of a film.
+    pub fn fit(&self, film: &Film) -> bool {
+        !matches!(self, Self::ByTile(targets) if targets.len() != film.n_tiles())
+    }
+
     pub fn of(&self, tile: usize, x: usize, y: usize) -> u32 {
         match self {
             Self::Even(n) => *n,
@@ -38,27 +47,32 @@ impl Targets {
 }
 
 /// What is to be done next.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Round {
     pub targets: Targets,
     /// Samples that the finished picture will have taken, as far as can be told.
     pub expected: u64,
 }
 
-/// The next round after `taken` samples of all pixels together; `None` where the picture is done.
+/// The next round for the film of a run of samples; `None` where the run is done.
 ///
-/// Even rounds double the samples, so that their sums join exactly (`film::Tally`), and begin with one sample, so that there
-/// is something to show at once.
-pub(super) fn next_round(film: &Film, taken: u64, until: Until) -> Option<Round> {
+/// Even rounds double the samples, so that their sums join exactly (`film::Tally`), and begin with the first block, from 0
+/// on with one sample, so that there is something to show at once.
+pub(super) fn next_round(film: &Film, until: Until, run: &Range<u32>) -> Option<Round> {
     let pixels = (film.width() * film.height()) as u64;
-    let each = u32::try_from(taken / pixels.max(1)).unwrap_or(u32::MAX);
+    let each = u32::try_from(film.samples() / pixels.max(1)).unwrap_or(u32::MAX);
+    let first = block_of(run.start).len() as u32;
     let even = |most: u32, expected: u32| {
-        let next = each.saturating_mul(2).clamp(1, most);
+        let next = each.saturating_mul(2).max(first).min(most);
         Round { targets: Targets::Even(next), expected: pixels * u64::from(expected.max(next)) }
     };
     match until {
         _ if pixels == 0 => None,
         Until::Samples(n) => (each < n).then(|| even(n, n)),
+        Until::Range { first, end } => {
+            let n = run.len() as u32;
+            (each < n).then(|| even(n, end.saturating_sub(first)))
+        }
         Until::Noise { target, at_most } if each < PILOT.min(at_most) => {
             Some(even(PILOT.min(at_most), expected_each(film, each, target, at_most)))
         }

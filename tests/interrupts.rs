@@ -1,0 +1,75 @@
+//! The program as a process that is interrupted: what it keeps, how it ends.
+
+#![cfg(unix)]
+
+mod program;
+
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use program::{Bench, assert_says, text};
+
+/// More samples than any test waits for.
+const ENDLESS: &str = "render cloud.glb -o a.exr --preview a.png --stats a.json --aov samples --spp 4000000000 --checkpoint c \
+     --checkpoint-every 0.05";
+
+fn start(bench: &Bench, line: &str) -> Child {
+    bench.command(line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
+}
+
+fn send(child: &Child, signal: Signal) {
+    kill(Pid::from_raw(i32::try_from(child.id()).expect("a process number")), signal).expect("the signal is sent");
+}
+
+/// Waits for the first checkpoint, which shows that samples have been taken.
+fn await_samples(bench: &Bench) {
+    let begun = Instant::now();
+    while !bench.path("c").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn an_interrupt_saves_what_there_is_and_ends_with_130() {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        let bench = Bench::with_cloud();
+        let child = start(&bench, ENDLESS);
+        await_samples(&bench);
+        let sent = Instant::now();
+        send(&child, signal);
+        let output = child.wait_with_output().expect("it ends");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{signal}\n{said}");
+        assert!(sent.elapsed() < Duration::from_secs(20), "a tile of the picture takes less: {:?}", sent.elapsed());
+        let samples = &bench.picture("a.exr").channel("samples.N").expect("samples").to_vec();
+        assert!(samples.iter().all(|n| *n >= 1.0), "{samples:?}");
+        let mean = samples.iter().sum::<f32>() / samples.len() as f32;
+        let spp = bench.json("a.json")["spp"].as_f64().expect("spp");
+        assert!((spp - f64::from(mean)).abs() <= 0.5 + 1e-6 * spp, "{spp} {mean}");
+        assert_says(&said, &["interrupted: a.exr keeps", &format!(" {spp} samples per pixel")]);
+        assert_eq!(bench.read("a.png")[1..4], *b"PNG");
+        let names: Vec<String> = bench.files().into_keys().collect();
+        assert_eq!(names, ["a.exr", "a.json", "a.png", "c", "cloud.glb"], "nothing else is left behind");
+    }
+}
+
+/// Expected: a render that is killed, or interrupted before it has anything to keep, leaves the previous file as it was.
+#[test]
+fn previous_files_survive_an_early_end() {
+    let bench = Bench::with_cloud();
+    bench.write("a.exr", "previous");
+    // Tables of a broad distribution take a while, without a cache.
+    let slow = format!("{ENDLESS} --no-cache --set droplets.distribution=gamma:reff=200um,veff=0.1");
+    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGKILL] {
+        let child = start(&bench, &slow);
+        std::thread::sleep(Duration::from_millis(50));
+        send(&child, signal);
+        let output = child.wait_with_output().expect("it ends");
+        assert!(!output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(bench.read("a.exr"), b"previous", "{signal}");
+        assert!(!bench.path("a.png").exists() && !bench.path("a.json").exists());
+    }
+}
