@@ -23,7 +23,7 @@ pub fn fog() -> Result<Value, Box<dyn Error>> {
         view: View { camera: Some(camera), sun_elevation_deg: 13.0, sun_azimuth_deg: 20.0, ..View::default() },
         settings: settings(json!({
             "accuracy": { "target": 0.06 },
-            "effects": { "multiple": "off" },
+            "effects": { "multiple": "off", "sun-disc": "off" },
             "background": { "radiance": [0.05, 0.07, 0.11] },
         })),
         ..Recipe::new(CloudShape::new("slab", &[160.0, 12.0, 160.0])?)
@@ -76,7 +76,7 @@ pub fn steam() -> Result<Value, Box<dyn Error>> {
         settings: settings(json!({
             "atmosphere": { "scattering_per_m": 0.05, "depth_m": 9.0, "step_m": 0.5, "phase": "hg:0.6" },
             "accuracy": { "target": 0.12 },
-            "effects": { "multiple": "off" },
+            "effects": { "multiple": "off", "glow": "off", "air-multiple": "off" },
             "background": { "radiance": [0.003, 0.004, 0.006] },
         })),
         ..Recipe::new(CloudShape::new("puff", &[1.5, 1.9, 1.5])?)
