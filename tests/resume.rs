@@ -13,7 +13,7 @@ use program::{Bench, assert_says, text};
 
 /// A fixed number of samples, and as many as the noise asks for; each takes about half a second.
 const RENDERS: [&str; 2] =
-    ["render cloud.glb --spp 6000 --aov all --spectral", "render cloud.glb --noise 0.004 --aov all --seed 3"];
+    ["render cloud.glb --spp 6000 --aov all --spectral", "render cloud.glb --noise 0.06 --aov all --seed 3"];
 
 /// Starts the render again and again, kills it at a moment that is as good as random, until it comes to its end; returns
 /// how often it was killed after it had kept something.
@@ -74,7 +74,7 @@ fn killed_renders_go_on_to_the_same_bytes_from_fifty_moments() {
 #[test]
 fn an_interrupted_render_goes_on() {
     let bench = Bench::with_cloud();
-    let render = "render cloud.glb --spp 20000 --aov samples";
+    let render = "render cloud.glb --spp 8000 --aov samples";
     let line = format!("{render} -q -o a.exr --checkpoint c --checkpoint-every 0.01");
     let child = bench.command(&line).stderr(Stdio::piped()).spawn().expect("the program starts");
     let begun = Instant::now();
