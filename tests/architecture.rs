@@ -24,13 +24,14 @@ const MAY_USE: [(&str, &[&str]); 14] = [
 ];
 
 /// Crate, and the places that may name it.
-const ONLY_IN: [(&str, &[&str]); 10] = [
+const ONLY_IN: [(&str, &[&str]); 11] = [
     ("gltf::", &["scene/gltf"]),
     ("obvhs", &["accel"]),
     ("exr::prelude", &["image/exr"]),
     ("png::Encoder", &["image/png"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
+    ("signal_hook", &["cli"]),
     ("anyhow", &["cli"]),
     ("plotters", &["study/plot"]),
     ("embedded_graphics", &["paper/sheet"]),
