@@ -6,6 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use num_complex::Complex64;
 
+use super::bench_args::{AccuracyArgs, MeasureArgs};
 use super::mie::angles::AngleList;
 use super::values::{
     length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
@@ -53,6 +54,10 @@ pub enum Command {
 pub enum BenchCommand {
     /// Times generation, tree, tables and rendering against the number of particles
     Particles(BenchParticlesArgs),
+    /// Switches each effect of a scene on and off: time, change of the picture, and whether the plan was right
+    Effects(MeasureArgs),
+    /// Sweeps every knob of accuracy against the finest settings: error, time, memory, and the cheapest settings
+    Accuracy(AccuracyArgs),
 }
 
 /// Which part of the scene is taken, and what overrides it.

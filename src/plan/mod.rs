@@ -54,7 +54,7 @@ pub struct EffectPlan {
 }
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
-const SHARE_OF_TARGET: f64 = 0.1;
+pub const SHARE_OF_TARGET: f64 = 0.1;
 
 /// Decides about every effect. `choices` (flags) override what the scene says.
 pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
