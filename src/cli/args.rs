@@ -342,6 +342,9 @@ pub struct DiffArgs {
     /// Largest relative RMSE that counts as equal; above it the exit code is 1
     #[arg(long, value_name = "E", value_parser = parse_nonnegative)]
     pub max_rel: Option<f64>,
+    /// Draws the difference of lightness: red where the first picture is lighter, blue where it is darker
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -96,7 +96,7 @@ fn estimate(
             let any = if depth > 0.0 { None } else { Some(0.0) };
             (any, format!("the air's scattering optical depth is {depth:.3}"))
         }
-        Effect::Background => surroundings::background(scene, facts),
+        Effect::Background => surroundings::background(scene),
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
         Effect::Multiple => (

@@ -3,8 +3,8 @@
 //!
 //! The reference is rendered twice with independent seeds. A knob's settings are rendered with the same two seeds, so that
 //! what both have in common cancels and the two differences stay independent (`study/difference.rs`): that is the
-//! knob's own error, without noise. Samples and targets are rendered with other seeds than the reference's: there, noise
-//! belongs to the error.
+//! knob's own error, without noise. Samples and targets are rendered with other seeds, against a reference of more samples:
+//! there, noise belongs to the error.
 
 mod knobs;
 mod price;
@@ -20,6 +20,9 @@ use crate::transport::{PrepareError, Until};
 
 pub use knobs::{Knob, Setting};
 pub use price::{Price, TARGETS};
+
+/// The reference against which noise counts has so many times the samples: its own noise hides that of a fine picture less.
+const LONGER: u32 = 8;
 
 /// A knob at one setting, measured.
 #[derive(Clone, Debug, Serialize)]
@@ -91,7 +94,7 @@ pub fn measure(
     setup: &Setup,
     done: &mut dyn FnMut(&Row),
 ) -> Result<Report, PrepareError> {
-    let bench = Bench::new(trial, external, setup)?;
+    let bench = Bench::new(trial, knobs, external, setup)?;
     let mut finest = bench.row(None, &bench.base);
     (finest.knob, finest.flag) = ("finest", knobs::flags(&bench.finest));
     done(&finest);
@@ -122,17 +125,29 @@ struct Bench<'a> {
     finest: Trial,
     external: Option<&'a External>,
     setup: &'a Setup<'a>,
+    /// The reference with the seeds and samples of the settings that are compared with it.
     base: Shots,
+    /// The reference of more samples, against which noise counts; none where no such knob is asked for.
+    long: Option<Shots>,
 }
 
 impl<'a> Bench<'a> {
-    fn new(trial: &'a Trial, external: Option<&'a External>, setup: &'a Setup) -> Result<Self, PrepareError> {
+    fn new(
+        trial: &'a Trial,
+        knobs: &BTreeSet<Knob>,
+        external: Option<&'a External>,
+        setup: &'a Setup,
+    ) -> Result<Self, PrepareError> {
         let finest = knobs::finest(trial);
         let seeds = [setup.seed, setup.seed.wrapping_add(1)];
         // The first render warms caches up; the others are timed.
         finest.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
         let base = finest.shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
-        Ok(Self { trial, finest, external, setup, base })
+        let is_needed = external.is_none() && knobs.iter().any(|knob| knob.has_noise());
+        let others = [4, 5].map(|k| setup.seed.wrapping_add(k));
+        let until = Until::Samples(setup.spp.saturating_mul(LONGER));
+        let long = is_needed.then(|| finest.shoot(&others, until, setup.cache)).transpose()?;
+        Ok(Self { trial, finest, external, setup, base, long })
     }
 
     fn shoot(&self, setting: &Setting) -> Result<Shots, PrepareError> {
@@ -155,7 +170,7 @@ impl<'a> Bench<'a> {
         };
         let noise_counts = knob.is_some_and(Knob::has_noise);
         let error = self.error(shots, noise_counts).unwrap_or_default();
-        let total = if noise_counts { error.rms() } else { error.rms().hypot(noise) };
+        let total = if noise_counts { error.rms().max(noise) } else { error.rms().hypot(noise) };
         Row {
             knob: knob.map_or("", Knob::name),
             setting: value.as_ref().map_or("all".into(), Setting::label),
@@ -179,7 +194,10 @@ impl<'a> Bench<'a> {
         let [a1, a2] = &shots.pictures[..] else { return None };
         let (reference, variance) = match self.external {
             Some(external) => ([&external.pixels, &external.pixels], external.variance),
-            None => ([self.base.pictures.first()?, self.base.pictures.get(1)?], 0.0),
+            None => {
+                let shots = self.long.as_ref().filter(|_| noise_counts).unwrap_or(&self.base);
+                ([shots.pictures.first()?, shots.pictures.get(1)?], 0.0)
+            }
         };
         let both = Difference::of([a1, a2], reference, variance)?;
         if !noise_counts {
