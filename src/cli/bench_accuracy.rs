@@ -6,13 +6,16 @@ use std::io::Write;
 use super::bench_args::AccuracyArgs;
 use super::bench_effects::{check_outputs, percent, trial, write_json};
 use super::failure::Failure;
+use super::progress::Verbosity;
 use super::render::{cache_folder, in_thread_pool};
+use super::scene::print_warnings;
 use crate::image::exr;
 use crate::image::file::{Existing, write_atomically};
 use crate::study::accuracy::{External, Knob, Report, Row, TARGETS, measure};
 use crate::study::difference::Pixels;
 use crate::study::effects::Setup;
 use crate::study::plot::{Line, Point, price_plot};
+use crate::warning::Warning;
 
 /// Runs `bench accuracy`.
 pub fn run(args: &AccuracyArgs) -> Result<u8, Failure> {
@@ -73,10 +76,8 @@ fn external(args: &AccuracyArgs) -> Result<Option<External>, Failure> {
     let mean = pixels.mean_luminance();
     let errors = channels(["stderr.R", "stderr.G", "stderr.B"]);
     if errors.is_none() {
-        eprintln!(
-            "warning: {}: records no standard errors, so its noise counts as error; render it with --aov stderr",
-            path.display()
-        );
+        let problem = format!("{}: records no standard errors, so its noise counts as error", path.display());
+        print_warnings(&[Warning::new(problem, "render it with --aov stderr")], Verbosity::Normal);
     }
     let squares = |errors: Pixels| errors.0.iter().flatten().map(|e| e * e).sum::<f64>() / (3 * errors.0.len()) as f64;
     let variance = errors.filter(|_| mean > 0.0).map_or(0.0, |errors| squares(errors) / (mean * mean));
