@@ -18,7 +18,20 @@ const MAY_USE: [(&str, &[&str]); 14] = [
     ("transport", &["accel", "optics", "plan", "scene", "spectrum", "film", "image", "warning"]),
     (
         "study",
-        &["accel", "film", "image", "mie", "optics", "plan", "scene", "spectrum", "transport", "units", "warning"],
+        &[
+            "accel",
+            "film",
+            "image",
+            "mie",
+            "optics",
+            "plan",
+            "scene",
+            "spectrum",
+            "suggest",
+            "transport",
+            "units",
+            "warning",
+        ],
     ),
     ("paper", &["film", "image", "mie", "optics", "plan", "scene", "spectrum", "transport"]),
 ];

@@ -232,6 +232,9 @@ fn diff_tells_equal_pictures_from_different_ones() {
     assert_says(&bench.ok("diff a.exr b.exr"), &["RMSE", "relative MSE", "mean ratio", "z-scores", "worst pixel"]);
     assert_eq!(bench.run("diff a.exr b.exr --max-rel 1e-6").status.code(), Some(1));
     assert_eq!(bench.run("diff a.exr b.exr --max-rel 100").status.code(), Some(0));
+    bench.ok("diff a.exr b.exr --picture d.png");
+    assert_eq!(&bench.read("d.png")[1..4], b"PNG");
+    assert_says(&bench.fails(1, "diff a.exr b.exr --picture gone/d.png"), &["gone"]);
     assert_says(&bench.fails(1, "diff a.exr gone.exr"), &["gone.exr"]);
     assert_says(&bench.fails(1, "diff a.exr cloud.glb"), &["cloud.glb", "OpenEXR"]);
     bench.ok("render cloud.glb -o c.exr --spp 1 -q --resolution 3x3");
@@ -328,7 +331,18 @@ fn noise_and_time_limits_end_a_render() {
 #[test]
 fn every_command_has_help_and_unknown_ones_are_usage_errors() {
     let bench = Bench::new();
-    for command in ["", "render", "generate", "mie", "inspect", "bench", "bench particles", "diff"] {
+    for command in [
+        "",
+        "render",
+        "generate",
+        "mie",
+        "inspect",
+        "bench",
+        "bench particles",
+        "bench effects",
+        "bench accuracy",
+        "diff",
+    ] {
         for flag in ["--help", "-h"] {
             assert_says(&bench.ok(&format!("{command} {flag}")), &["Usage: mie-cloud", command]);
         }

@@ -6,6 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use num_complex::Complex64;
 
+use super::bench_args::{AccuracyArgs, MeasureArgs};
 use super::mie::angles::AngleList;
 use super::values::{
     length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
@@ -53,6 +54,10 @@ pub enum Command {
 pub enum BenchCommand {
     /// Times generation, tree, tables and rendering against the number of particles
     Particles(BenchParticlesArgs),
+    /// Switches each effect of a scene on and off: time, change of the picture, and whether the plan was right
+    Effects(MeasureArgs),
+    /// Sweeps every knob of accuracy against the finest settings: error, time, memory, and the cheapest settings
+    Accuracy(AccuracyArgs),
 }
 
 /// Which part of the scene is taken, and what overrides it.
@@ -337,6 +342,9 @@ pub struct DiffArgs {
     /// Largest relative RMSE that counts as equal; above it the exit code is 1
     #[arg(long, value_name = "E", value_parser = parse_nonnegative)]
     pub max_rel: Option<f64>,
+    /// Draws the difference of lightness: red where the first picture is lighter, blue where it is darker
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

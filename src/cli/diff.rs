@@ -4,14 +4,24 @@ use std::io::Write;
 
 use super::args::DiffArgs;
 use super::failure::{FAILURE, Failure};
-use crate::image::compare::{Comparison, compare};
-use crate::image::{Picture, exr};
+use crate::image::compare::{Comparison, compare, difference_map};
+use crate::image::file::{Existing, check_writable};
+use crate::image::{Picture, exr, png};
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let read = |path| -> Result<Picture, Failure> { exr::read(path, exr::Limits::default()).map_err(Failure::other) };
-    let comparison = compare(&read(&args.a)?, &read(&args.b)?).map_err(Failure::other)?;
+    if let Some(path) = &args.picture {
+        check_writable(path, Existing::Replace).map_err(Failure::other)?;
+    }
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let comparison = compare(&a, &b).map_err(Failure::other)?;
     print(&comparison).map_err(Failure::other)?;
+    if let Some(path) = &args.picture {
+        let map = difference_map(&a, &b).map_err(Failure::other)?;
+        let software = concat!("mie-cloud ", env!("CARGO_PKG_VERSION"));
+        png::write(path, &map, software, Existing::Replace).map_err(Failure::other)?;
+    }
     let too_much = args.max_rel.is_some_and(|limit| !within(&comparison, limit));
     Ok(if too_much { FAILURE } else { 0 })
 }

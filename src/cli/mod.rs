@@ -2,6 +2,9 @@
 
 mod args;
 mod bench;
+mod bench_accuracy;
+mod bench_args;
+mod bench_effects;
 mod checkpoint;
 mod diff;
 mod effects;
@@ -59,6 +62,8 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Mie(args) => mie::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
+        Command::Bench(BenchCommand::Effects(args)) => bench_effects::run(&args),
+        Command::Bench(BenchCommand::Accuracy(args)) => bench_accuracy::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Paper(args) => paper::run(&args),

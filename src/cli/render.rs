@@ -126,9 +126,11 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     // What the flags say is checked before a large scene is read.
     let effects = chosen_effects(args)?;
     let wishes = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)?;
-    let scene = load_scene(&args.scene, args.resolution)?;
+    let mut scene = load_scene(&args.scene, args.resolution)?;
+    // Tables and glow are as accurate as the picture is asked to be.
+    scene.settings.accuracy.target = args.accuracy.or(scene.settings.accuracy.target);
     let crop = crop(args, scene.settings.image.resolution)?;
-    let accuracy = args.accuracy.or(scene.settings.accuracy.target);
+    let accuracy = scene.settings.accuracy.target;
     let target = accuracy.unwrap_or(STANDARD_ACCURACY);
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
@@ -248,7 +250,7 @@ pub fn names_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
-fn cache_folder() -> Option<PathBuf> {
+pub fn cache_folder() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let base = folder("XDG_CACHE_HOME").or_else(|| folder("HOME").map(|home| home.join(".cache")));
     base.map(|base| base.join("mie-cloud"))

@@ -54,7 +54,7 @@ pub struct EffectPlan {
 }
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
-const SHARE_OF_TARGET: f64 = 0.1;
+pub const SHARE_OF_TARGET: f64 = 0.1;
 
 /// Decides about every effect. `choices` (flags) override what the scene says.
 pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
@@ -96,7 +96,7 @@ fn estimate(
             let any = if depth > 0.0 { None } else { Some(0.0) };
             (any, format!("the air's scattering optical depth is {depth:.3}"))
         }
-        Effect::Background => surroundings::background(scene, facts),
+        Effect::Background => surroundings::background(scene),
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
         Effect::Multiple => (

@@ -6,8 +6,9 @@ use crate::scene::model::{Lens, Scene, Sun};
 /// An estimate of the largest relative change, and what it rests on.
 type Estimate = (Option<f64>, String);
 
-/// The background beside the brightest that the scene's own light could make of it.
-pub(super) fn background(scene: &Scene, facts: &SceneFacts) -> Estimate {
+/// Whether anything lies behind. How bright that is beside what the sun lights is not known before a render: a fog may send the
+/// camera a hundredth of what a white wall would. A background costs no time, so one that is not black is always shown.
+pub(super) fn background(scene: &Scene) -> Estimate {
     let background = &scene.settings.background;
     if let Some(image) = &background.image {
         let name = image.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -17,9 +18,7 @@ pub(super) fn background(scene: &Scene, facts: &SceneFacts) -> Estimate {
     if brightest == 0.0 {
         return (Some(0.0), "the background is black".into());
     }
-    let lit = lit_radiance(scene, facts);
-    let reason = format!("radiance {brightest:.3e} beside about {lit:.3e} of what is lit");
-    (Some(brightest / (brightest + lit)), reason)
+    (None, format!("radiance {brightest:.3e} lies behind, and costs nothing"))
 }
 
 /// Glass changes the picture where it covers it, as far as there is anything to be seen in it. The error of a picture is a
@@ -59,18 +58,6 @@ pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
         blurred.min(1.0)
     );
     (Some(blurred.min(1.0)), reason)
-}
-
-/// Radiance of what sun and air could make of the scene at most, in output units: that of a white diffuser, as far as
-/// something is there that scatters.
-fn lit_radiance(scene: &Scene, facts: &SceneFacts) -> f64 {
-    if scene.suns.iter().all(|sun| sun.lux == 0.0) {
-        return 0.0;
-    }
-    let white = scene.settings.white_radiance();
-    let air = &scene.settings.atmosphere;
-    let air_depth = if air.sunlight { air.scattering_per_m * air.depth_m } else { 0.0 };
-    white * -(-(facts.deepest_optical_depth + air_depth)).exp_m1()
 }
 
 /// Whether any part of a sun's disc may stand in the picture.

@@ -164,16 +164,6 @@ pub enum Switch {
     Off,
 }
 
-impl Settings {
-    /// Radiance of a white diffuser that faces the brightest sun, in output units.
-    pub fn white_radiance(&self) -> f64 {
-        match self.spectral_mode {
-            Some(SpectralMode::Mono { .. } | SpectralMode::Rgb { .. }) => self.sun.irradiance / std::f64::consts::PI,
-            Some(SpectralMode::Bands { .. }) | None => 1.0,
-        }
-    }
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {

@@ -3,6 +3,7 @@
 //! Legend: a, b values of a pixel and channel; s_a, s_b their recorded standard errors; d = a - b;
 //! n the number of pixels compared; Y luminance.
 
+mod map;
 mod overlap;
 mod report;
 
@@ -13,6 +14,7 @@ use thiserror::Error;
 use super::picture::Picture;
 use overlap::{Overlap, Pixel};
 
+pub use map::difference_map;
 pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, WorstPixel, ZScores};
 
 /// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).

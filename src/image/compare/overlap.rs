@@ -49,6 +49,11 @@ impl Overlap {
         Ok(Self { x, y, a: left, b: right })
     }
 
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.x, self.y].map(|[start, end]| (end - start) as u32)
+    }
+
     /// Indices into a's and b's channels of every shared pixel.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (self.y[0]..self.y[1])

@@ -4,12 +4,14 @@ mod axis;
 mod caption;
 mod columns;
 mod phase;
+mod price;
 mod style;
 
 use thiserror::Error;
 
 pub use caption::Caption;
 pub use phase::phase_plot;
+pub use price::{Line, Point, price_plot};
 
 /// A plot could not be drawn.
 #[derive(Debug, Error)]

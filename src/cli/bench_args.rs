@@ -1,0 +1,56 @@
+//! Arguments of `bench effects` and `bench accuracy`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::SceneArgs;
+use super::values::{parse_accuracy, parse_resolution};
+use crate::study::accuracy::Knob;
+
+/// How measurements on a scene are made, and where they are written.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Target relative error of the picture: draft, standard, fine, reference or a number [default: the scene's, or standard]
+    #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy)]
+    pub accuracy: Option<f64>,
+    /// Size of the pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "64x36", value_parser = parse_resolution)]
+    pub resolution: [u32; 2],
+    /// Samples per pixel of each of the two renders that every picture is made of
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(2..))]
+    pub spp: u32,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Writes the table as CSV
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// Writes the table and the summary as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// Threads [default: one per processor]; the pictures do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Neither reads nor writes the table cache
+    #[arg(long)]
+    pub no_cache: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+    /// Knobs, separated by commas: spp, bands, size_bins, angle_tolerance, march_step, glow_tolerance, order, phase, target
+    /// [default: all that matter in the scene]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub knobs: Vec<Knob>,
+    /// OpenEXR picture to compare with [default: a render at the finest settings]
+    #[arg(long, value_name = "FILE.exr")]
+    pub reference: Option<PathBuf>,
+    /// Draws error over time, one line per knob
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+}

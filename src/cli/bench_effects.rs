@@ -1,0 +1,166 @@
+//! `mie-cloud bench effects`: what each effect costs and changes, and whether the plan was right about it.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::bench_args::MeasureArgs;
+use super::failure::Failure;
+use super::progress::Verbosity;
+use super::render::{cache_folder, in_thread_pool};
+use super::scene::{load_scene, print_warnings};
+use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::study::difference::Difference;
+use crate::study::effects::{Report, Row, Setup, measure};
+use crate::study::trial::Trial;
+
+/// Runs `bench effects`.
+pub fn run(args: &MeasureArgs) -> Result<u8, Failure> {
+    in_thread_pool(args.threads, || run_here(args))?
+}
+
+fn run_here(args: &MeasureArgs) -> Result<u8, Failure> {
+    check_outputs([&args.csv, &args.json])?;
+    let trial = trial(args)?;
+    let cache = if args.no_cache { None } else { cache_folder() };
+    let setup = Setup { spp: args.spp, seed: args.seed, cache: cache.as_deref() };
+    let mut out = std::io::stdout().lock();
+    let mut printed = writeln!(out, "{}", line(&TITLES.map(String::from)));
+    let report = measure(&trial, &setup, &mut |row| {
+        let said = writeln!(out, "{}", line(&cells(row))).and_then(|()| out.flush());
+        if printed.is_ok() {
+            printed = said;
+        }
+    })
+    .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
+    printed.and_then(|()| print_summary(&report, &mut out)).map_err(Failure::other)?;
+    if let Some(path) = &args.csv {
+        write_atomically(path, Existing::Replace, |out| write_csv(&report, out)).map_err(Failure::other)?;
+    }
+    write_json(&args.json, &report)?;
+    Ok(0)
+}
+
+/// The scene as the arguments have it.
+pub fn trial(args: &MeasureArgs) -> Result<Trial, Failure> {
+    let effects = args.scene.effects.as_deref().map_or(Ok(Default::default()), super::effects::parse);
+    let effects = effects.map_err(Failure::usage)?;
+    let mut scene = load_scene(&args.scene, Some(args.resolution))?;
+    print_warnings(&scene.warnings, Verbosity::Normal);
+    if args.accuracy.is_some() {
+        scene.settings.accuracy.target = args.accuracy;
+    }
+    Ok(Trial::new(scene, effects))
+}
+
+/// Outputs are checked before any work is done.
+pub fn check_outputs<'a>(paths: impl IntoIterator<Item = &'a Option<PathBuf>>) -> Result<(), Failure> {
+    let mut checks = paths.into_iter().flatten().map(|path| check_writable(path, Existing::Replace));
+    checks.try_for_each(|check| check.map_err(Failure::other))
+}
+
+/// Writes a report as JSON, where a file is named.
+pub fn write_json(path: &Option<PathBuf>, report: &impl Serialize) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
+    let text = serde_json::to_string_pretty(report).map_err(Failure::other)?;
+    write_atomically(path, Existing::Replace, |out| writeln!(out, "{text}")).map_err(Failure::other)
+}
+
+const TITLES: [&str; 7] = ["effect", "plan", "estimate", "change", "CPU s on", "CPU s off", "verdict"];
+const WIDTHS: [usize; 7] = [12, 4, 9, 20, 9, 9, 17];
+
+fn line(cells: &[String; 7]) -> String {
+    let [name, numbers @ .., verdict] = cells;
+    let numbers: Vec<String> = numbers.iter().zip(&WIDTHS[1..]).map(|(cell, w)| format!("{cell:>w$}")).collect();
+    format!("{name:<12}  {}  {verdict}", numbers.join("  "))
+}
+
+fn cells(row: &Row) -> [String; 7] {
+    let estimate = row.estimate.map_or("none".into(), |estimate| format!("{:.3} %", 100.0 * estimate));
+    let beyond = if row.within_estimate == Some(false) { ", beyond the estimate" } else { "" };
+    [
+        row.effect.into(),
+        if row.planned { "on" } else { "off" }.into(),
+        estimate,
+        row.change.as_ref().map_or("no picture".into(), percent),
+        format!("{:.3}", row.cpu_on_s),
+        format!("{:.3}", row.cpu_off_s),
+        format!("{}{beyond}", row.verdict),
+    ]
+}
+
+/// A difference with its error: `1.23 +- 0.04 %`; below its noise, what it is at most.
+pub fn percent(difference: &Difference) -> String {
+    if difference.square == 0.0 && difference.square_error == 0.0 {
+        return "0 %".into();
+    }
+    if difference.at_least() > 0.0 {
+        return format!("{} +- {} %", digits(difference.rms()), digits(difference.rms_error()));
+    }
+    format!("below {} %", digits(difference.at_most()))
+}
+
+/// A share in percent: three decimals, or two digits where these would be zeros.
+fn digits(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent >= 0.01 { format!("{percent:.3}") } else { format!("{percent:.1e}") }
+}
+
+fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({:.2} % \
+         each); CPU s: processor seconds of tree and one picture, without tables. The plan leaves out what changes less than {:.3} %, a \
+         tenth of the target of {} %.",
+        report.spp,
+        100.0 * report.noise,
+        100.0 * report.threshold,
+        100.0 * report.target,
+    )?;
+    let Some(everything) = &report.everything else {
+        return writeln!(out, "the picture is black");
+    };
+    let held = if everything.at_most() <= report.target {
+        "within the target"
+    } else if everything.at_least() > report.target {
+        "BEYOND the target"
+    } else {
+        "too noisy to tell"
+    };
+    writeln!(
+        out,
+        "the plan's picture against everything on: {}, {held}, in {:.2} of the processor time",
+        percent(everything),
+        report.cpu_planned_s / report.cpu_everything_s.max(1e-9)
+    )
+}
+
+fn write_csv(report: &Report, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "effect,planned,estimate,change,change_error,bias,bias_error,cpu_on_s,cpu_off_s,wall_on_s,wall_off_s,verdict,within_estimate"
+    )?;
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.6e}"));
+    for row in &report.rows {
+        let of = |value: &dyn Fn(&Difference) -> f64| number(row.change.as_ref().map(value));
+        writeln!(
+            out,
+            "{},{},{},{},{},{},{},{:.4},{:.4},{:.4},{:.4},{},{}",
+            row.effect,
+            if row.planned { "on" } else { "off" },
+            number(row.estimate),
+            of(&Difference::rms),
+            of(&Difference::rms_error),
+            of(&|d| d.bias),
+            of(&|d| d.bias_error),
+            row.cpu_on_s,
+            row.cpu_off_s,
+            row.wall_on_s,
+            row.wall_off_s,
+            row.verdict,
+            row.within_estimate.map_or("", |within| if within { "yes" } else { "no" }),
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,197 @@
+//! What each effect costs and changes, beside what the plan had said of it.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::difference::Difference;
+use super::trial::{Shots, Trial};
+use crate::plan::{Decision, SHARE_OF_TARGET};
+use crate::scene::settings::Effect;
+use crate::transport::{PrepareError, Until};
+
+/// How the measurement is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup<'a> {
+    /// Samples per pixel of each of the two renders of a picture.
+    pub spp: u32,
+    /// Seed of the first render; the second takes the next.
+    pub seed: u64,
+    /// A folder for optical tables.
+    pub cache: Option<&'a Path>,
+}
+
+/// Whether a decision of the plan holds against the measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// On, and it changes the picture by more than the plan's threshold.
+    Needed,
+    /// On, and it changes the picture by less: time was spent for nothing, no accuracy lost.
+    Spare,
+    /// Off, and it changes the picture by less.
+    RightlyOff,
+    /// Off, and it changes the picture by more than the threshold: the plan was wrong.
+    Missed,
+    /// The noise hides which; more samples tell.
+    Unclear,
+    /// Somebody switched it; the plan had no say.
+    ByHand,
+}
+
+impl Verdict {
+    /// Judges a decision; `change` is what the effect does to the picture, `None` where there is no picture to change.
+    pub fn of(decision: &Decision, by_hand: bool, change: Option<&Difference>, threshold: f64) -> Self {
+        let Some(change) = change.filter(|_| !by_hand) else {
+            return if by_hand { Self::ByHand } else { Self::Unclear };
+        };
+        match decision.on {
+            true if change.at_least() > threshold => Self::Needed,
+            true if change.at_most() <= threshold => Self::Spare,
+            false if change.at_most() <= threshold => Self::RightlyOff,
+            false if change.at_least() > threshold => Self::Missed,
+            _ => Self::Unclear,
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.pad(match self {
+            Self::Needed => "right: needed",
+            Self::Spare => "could be off",
+            Self::RightlyOff => "right: not needed",
+            Self::Missed => "WRONG: needed",
+            Self::Unclear => "noise hides it",
+            Self::ByHand => "by hand",
+        })
+    }
+}
+
+/// One effect.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub effect: &'static str,
+    /// Whether the plan has it on.
+    pub planned: bool,
+    /// The plan's estimate of the largest relative change; `None` where it makes none.
+    pub estimate: Option<f64>,
+    /// The plan's reason.
+    pub reason: String,
+    /// Change of the picture, relative to the one with the effect; `None` where that is black.
+    pub change: Option<Difference>,
+    /// Processor seconds of tree and picture with the effect and without.
+    pub cpu_on_s: f64,
+    pub cpu_off_s: f64,
+    /// Seconds on the wall.
+    pub wall_on_s: f64,
+    pub wall_off_s: f64,
+    /// Whether the plan was right.
+    pub verdict: Verdict,
+    /// Whether the measured change is within the estimate; `None` where there is none, or noise hides it.
+    pub within_estimate: Option<bool>,
+}
+
+/// All effects, and the plan as a whole.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Target relative error of the picture.
+    pub target: f64,
+    /// An effect is on where it may change the picture by more than this.
+    pub threshold: f64,
+    /// Samples per pixel of each of the two renders.
+    pub spp: u32,
+    /// Noise of one planned render, relative to the mean luminance.
+    pub noise: f64,
+    /// One per effect.
+    pub rows: Vec<Row>,
+    /// The planned picture against the one with everything on that nobody switched off by hand.
+    pub everything: Option<Difference>,
+    /// Processor seconds of the planned picture, and of that with everything.
+    pub cpu_planned_s: f64,
+    pub cpu_everything_s: f64,
+}
+
+/// Measures every effect of a scene; `done` hears each as it is finished.
+///
+/// # Errors
+/// When the scene cannot be prepared.
+pub fn measure(trial: &Trial, setup: &Setup, done: &mut dyn FnMut(&Row)) -> Result<Report, PrepareError> {
+    let seeds = [setup.seed, setup.seed.wrapping_add(1)];
+    let shoot = |trial: &Trial| trial.shoot(&seeds, Until::Samples(setup.spp), setup.cache);
+    let plan = trial.plan();
+    let planned = trial.with_effects(|effect| plan.is_on(effect));
+    // The first render warms caches up; the second is the one that is timed.
+    planned.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
+    let base = shoot(&planned)?;
+    let threshold = SHARE_OF_TARGET * trial.target();
+    let mut rows = Vec::new();
+    for decision in &plan.decisions {
+        let other = shoot(&trial.with_effects(|effect| plan.is_on(effect) != (effect == decision.effect)))?;
+        let (with, without) = if decision.on { (&base, &other) } else { (&other, &base) };
+        let row = row(decision, trial.is_by_hand(decision.effect), with, without, threshold);
+        done(&row);
+        rows.push(row);
+    }
+    let is_off_by_hand = |effect: Effect| trial.is_by_hand(effect) && !plan.is_on(effect);
+    let everything = shoot(&trial.with_effects(|effect| !is_off_by_hand(effect)))?;
+    Ok(Report {
+        target: trial.target(),
+        threshold,
+        spp: setup.spp,
+        noise: base.noise,
+        rows,
+        everything: change(&base, &everything),
+        cpu_planned_s: base.took.cpu_s,
+        cpu_everything_s: everything.took.cpu_s,
+    })
+}
+
+fn change(a: &Shots, b: &Shots) -> Option<Difference> {
+    let pair = |shots: &'_ Shots| Some([shots.pictures.first()?.clone(), shots.pictures.get(1)?.clone()]);
+    let (a, b) = (pair(a)?, pair(b)?);
+    Difference::of([&a[0], &a[1]], [&b[0], &b[1]], 0.0)
+}
+
+fn row(decision: &Decision, by_hand: bool, with: &Shots, without: &Shots, threshold: f64) -> Row {
+    let change = change(without, with);
+    let within = |(estimate, change): (f64, &Difference)| match () {
+        () if change.at_least() > estimate => Some(false),
+        () if change.at_most() <= estimate.max(threshold) => Some(true),
+        () => None,
+    };
+    Row {
+        effect: decision.effect.name(),
+        planned: decision.on,
+        estimate: decision.estimate,
+        reason: decision.reason.clone(),
+        cpu_on_s: with.took.cpu_s,
+        cpu_off_s: without.took.cpu_s,
+        wall_on_s: with.took.wall_s,
+        wall_off_s: without.took.wall_s,
+        verdict: Verdict::of(decision, by_hand, change.as_ref(), threshold),
+        within_estimate: decision.estimate.zip(change.as_ref()).and_then(within),
+        change,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_follow_the_measurement_and_admit_noise() {
+        let decision = |on| Decision { effect: Effect::Glow, on, reason: String::new(), estimate: Some(0.1) };
+        let change = |rms: f64, error: f64| Difference { square: rms * rms, square_error: error, ..Default::default() };
+        let verdict = |on, change: Difference| Verdict::of(&decision(on), false, Some(&change), 0.005);
+        assert_eq!(verdict(true, change(0.1, 1e-6)), Verdict::Needed);
+        assert_eq!(verdict(true, change(0.001, 1e-6)), Verdict::Spare);
+        assert_eq!(verdict(false, change(0.001, 1e-6)), Verdict::RightlyOff);
+        assert_eq!(verdict(false, change(0.1, 1e-6)), Verdict::Missed);
+        assert_eq!(verdict(false, change(0.006, 1e-4)), Verdict::Unclear);
+        assert_eq!(Verdict::of(&decision(true), true, None, 0.005), Verdict::ByHand);
+        assert_eq!(Verdict::of(&decision(true), false, None, 0.005), Verdict::Unclear);
+    }
+}
