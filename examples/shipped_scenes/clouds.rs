@@ -40,6 +40,7 @@ pub fn droplet() -> Result<Value, Box<dyn Error>> {
             "atmosphere": {
                 "scattering_per_m": 0.025, "absorption_per_m": 0.1, "depth_m": 8.0, "step_m": 0.05, "sunlight": false,
             },
+            "effects": { "air-multiple": "off" },
         })),
         ..Recipe::new(CloudShape::new("droplet", &[1.0])?)
     })

@@ -26,6 +26,8 @@ pub fn figure(figure: &Figure) -> Result<Value, Box<dyn Error>> {
                 "sunlight": false,
             },
             "spectral": { "mode": "rgb" },
+            // The paper's air scatters once, and its light is parallel.
+            "effects": { "air-multiple": "off", "sun-disc": "off" },
             "image": { "resolution": [320, 180] },
         })),
         ..Recipe::new(CloudShape::new("droplet", &[1.0])?)

@@ -27,7 +27,8 @@ pub(super) fn refraction(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let air = &scene.settings.atmosphere;
     let is_bright = scene.settings.background.image.is_some() || scene.settings.background.radiance != [0.0; 3];
     let others = facts.n_particles + facts.n_fog_boxes > 1;
-    let lit_air = air.scattering_per_m > 0.0 && air.sunlight;
+    // Where the sun does not light the air, the droplets do.
+    let lit_air = air.scattering_per_m > 0.0;
     match facts.n_resolved {
         0 => (Some(0.0), "no droplet is large enough to be seen".into()),
         n if !(is_bright || others || lit_air) => {

@@ -18,6 +18,9 @@ const ROULETTE_BELOW: f64 = 0.03;
 /// Neither air nor droplets are drawn less often than this where both could be next.
 const LEAST_CHANCE: f64 = 0.05;
 
+/// Least chance of a chain. Lit air beside a cloud has nothing between it and the sun, and yet droplets one small turn away.
+const LEAST_CHAIN: f64 = 0.3;
+
 /// While a path has not met the air, it meets it next with this chance at least.
 const FIRST_CHANCE: f64 = 0.5;
 
@@ -79,8 +82,17 @@ pub(super) fn add_air_path(
             return;
         }
         let most_turns = (ctx.max_air_order - order).min(ctx.max_order - met.droplets);
-        let station =
-            Station { ray: &ray, hero, order: draw, sun, sun_depth, is_crowded, most_turns, layer: Layer::AirMultiple };
+        let station = Station {
+            ray: &ray,
+            hero,
+            order: draw,
+            sun,
+            sun_depth,
+            is_crowded,
+            least_chance: LEAST_CHAIN,
+            most_turns,
+            layer: Layer::AirMultiple,
+        };
         let chain = ctx.lobes.filter(|lobes| {
             begin_chain(ctx, lobes, &station, random, scratch, |scratch, h, rarity, n_turns| match is_air {
                 _ if !met.counts_with(n_turns) => scratch.looked.fill(0.0),

@@ -18,10 +18,6 @@ use crate::film::Layer;
 /// Chains per collision where the sun is at least one small turn away.
 const CHAINS: f64 = 0.4;
 
-/// No collision has a smaller chance of a chain than this, whatever its optical depth toward the sun says: light also comes
-/// around.
-const LEAST_CHANCE: f64 = 0.02;
-
 /// From deep inside a cloud little arrives by way of small turns alone: the chance falls by this rate per optical depth.
 const CHANCE_DECAY: f64 = 0.05;
 
@@ -98,6 +94,8 @@ pub(super) struct Station<'a> {
     pub sun_depth: f64,
     /// Whether so much is in the way that only the near is looked at.
     pub is_crowded: bool,
+    /// Least chance of a chain, whatever the optical depth toward the sun says: light also comes around.
+    pub least_chance: f64,
     /// Most turns that a chain may have.
     pub most_turns: u32,
     /// The layer of light that arrives without meeting glass.
@@ -124,7 +122,8 @@ pub(super) fn begin_chain(
     let Some(light) = ctx.lighting.suns.get(sun) else { return false };
     let to_sun = scratch.toward(light, random);
     let small_turns = lobes.share() * sun_depth;
-    let chance = (CHAINS * small_turns.min(1.0).sqrt() * (-CHANCE_DECAY * sun_depth).exp()).clamp(LEAST_CHANCE, 1.0);
+    let chance =
+        (CHAINS * small_turns.min(1.0).sqrt() * (-CHANCE_DECAY * sun_depth).exp()).clamp(station.least_chance, 1.0);
     if random.uniform(Purpose::ChainChance, order) >= chance {
         return false;
     }

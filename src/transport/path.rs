@@ -15,6 +15,9 @@ use super::sample::{RenderContext, Scratch, add_ball_sunlight};
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
+/// Least chance of a chain from a collision.
+const LEAST_CHANCE: f64 = 0.02;
+
 /// Paths of less weight play Russian roulette.
 const ROULETTE_BELOW: f64 = 0.03;
 
@@ -46,7 +49,17 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
         }
         let most_turns = ctx.max_order - order;
         let layer = Layer::Multiple;
-        let station = Station { ray: &ray, hero, order, sun, sun_depth, is_crowded, most_turns, layer };
+        let station = Station {
+            ray: &ray,
+            hero,
+            order,
+            sun,
+            sun_depth,
+            is_crowded,
+            least_chance: LEAST_CHANCE,
+            most_turns,
+            layer,
+        };
         let chain = ctx.lobes.filter(|lobes| {
             let look = |scratch: &mut Scratch, h, rarity, _| scratch.look(ctx, h, rarity);
             begin_chain(ctx, lobes, &station, random, scratch, look)
