@@ -118,7 +118,7 @@ mod tests {
         let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
         let grey = |i: usize| {
             let noise = sigma * 12f64.sqrt() * (rng.random::<f64>() - 0.5);
-            [1.0 + offset + if i % 2 == 0 { wave } else { -wave } + noise; 3]
+            [1.0 + offset + if i.is_multiple_of(2) { wave } else { -wave } + noise; 3]
         };
         Pixels((0..4096).map(grey).collect())
     }
