@@ -41,6 +41,7 @@ pub fn droplet() -> Result<Value, Box<dyn Error>> {
                 "scattering_per_m": 0.025, "absorption_per_m": 0.1, "depth_m": 8.0, "step_m": 0.05, "sunlight": false,
             },
             "effects": { "air-multiple": "off" },
+            "accuracy": { "target": 0.12 },
         })),
         ..Recipe::new(CloudShape::new("droplet", &[1.0])?)
     })
