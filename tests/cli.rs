@@ -302,6 +302,13 @@ fn the_layers_add_up_to_the_picture() {
     assert!(picture.channel("samples.N").expect("N").iter().all(|samples| *samples == 2.0));
     assert!(picture.channel("airlight.G").expect("airlight").iter().all(|value| *value > 0.0));
     assert!(picture.channel("background.G").expect("background").iter().all(|value| *value > 0.0));
+    // Air that scatters the background into view may brighten it; weakening is all that it does otherwise.
+    bench.ok(
+        "render cloud.glb -o b.exr --spp 2 -q --aov all --set atmosphere.scattering_per_m=0.02 --set atmosphere.step_m=5 \
+         --set background.radiance=0.25 --effects -air-multiple",
+    );
+    let weakened = bench.picture("b.exr");
+    assert!(weakened.channel("background.G").expect("background").iter().all(|value| *value > 0.0 && *value < 0.25));
 }
 
 #[test]

@@ -214,7 +214,9 @@ fn chains_toward_the_sun_change_the_noise_and_not_the_mean() {
         let both = error.hypot(plain_error);
         assert!((mean - plain).abs() < 4.0 * both, "order {max_order}: {mean} +- {error}, {plain} +- {plain_error}");
         assert!(both < 0.03 * mean, "order {max_order}: {both} of {mean}");
-        assert!(error < 2.5 * plain_error, "order {max_order}: {error} {plain_error}");
+        // All orders of this cloud of differing phase functions cost more, 1.6 times when it was written.
+        let most = if max_order < 4 { 1.5 } else { 2.5 };
+        assert!(error < most * plain_error, "order {max_order}: {error} {plain_error}");
     }
 }
 

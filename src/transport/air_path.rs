@@ -8,7 +8,8 @@ use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::flight::{Arrival, fly_met, is_crowded, meet, normalize};
 use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch};
+use super::sample::RenderContext;
+use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 

@@ -11,7 +11,8 @@ use super::flight::{fly_near, force, meet, normalize};
 use super::forward::ForwardLobes;
 use super::path::{around, turn_h};
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch};
+use super::sample::RenderContext;
+use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 

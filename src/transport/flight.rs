@@ -6,7 +6,8 @@
 use super::collision::{Place, Stretch};
 use super::glass::balance;
 use super::random::PathRandom;
-use super::sample::{RenderContext, Scratch};
+use super::sample::RenderContext;
+use super::scratch::Scratch;
 use crate::accel::{BodyKind, Crossing, LocalRay};
 
 /// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short

@@ -8,7 +8,8 @@ use super::glow;
 use super::lighting::Air;
 use super::path::turn_h;
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch};
+use super::sample::RenderContext;
+use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 

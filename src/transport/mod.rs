@@ -22,6 +22,7 @@ mod random;
 mod render;
 mod rounds;
 mod sample;
+mod scratch;
 mod sobol;
 mod state;
 mod transmittance;

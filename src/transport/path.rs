@@ -11,7 +11,8 @@ use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
 use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
-use super::sample::{RenderContext, Scratch, add_ball_sunlight};
+use super::sample::{RenderContext, add_ball_sunlight};
+use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 

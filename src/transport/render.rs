@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::random::PathRandom;
 use super::rounds::Targets;
-use super::sample::{RenderContext, Scratch, take_sample};
+use super::sample::{RenderContext, take_sample};
+use super::scratch::Scratch;
 use super::state::RenderState;
 use crate::film::{Film, Layer, Tally, nodes_of};
 

@@ -14,7 +14,8 @@ use super::sources::LEAF;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 use crate::transport::random::{GlowDraw, PathRandom};
-use crate::transport::sample::{RenderContext, Scratch};
+use crate::transport::sample::RenderContext;
+use crate::transport::scratch::Scratch;
 
 /// Steps that look at the farthest light, at least: its integral along a ray is that of a smooth function.
 const LEAST_STEPS: u32 = 8;

@@ -14,7 +14,8 @@ use super::sources::{LEAF, drawn_radius_m};
 use crate::accel::LocalRay;
 use crate::film::Layer;
 use crate::transport::random::PathRandom;
-use crate::transport::sample::{RenderContext, Scratch};
+use crate::transport::sample::RenderContext;
+use crate::transport::scratch::Scratch;
 
 /// Parts of the angle that are looked at for a single droplet, at most; many share their ray.
 const MOST_PARTS: u32 = 16;
