@@ -158,7 +158,8 @@ pub(super) fn cross_box(ray: &LocalRay, center: DVec3, shape: &BoxShape) -> Opti
 /// runs beside one.
 #[inline(always)]
 pub(super) fn slabs(lower: DVec3, upper: DVec3, direction: DVec3) -> Option<(f64, f64)> {
-    let (a, b) = (lower / direction, upper / direction);
+    let inverse = direction.recip();
+    let (a, b) = (lower * inverse, upper * inverse);
     let (mut near, mut far) = (a.min(b), a.max(b));
     let parallel = direction.cmpeq(DVec3::ZERO);
     if parallel.any() {

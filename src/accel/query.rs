@@ -25,6 +25,15 @@ impl Accel {
         LocalRay { origin: self.frame.local_from_world(origin_m), direction }
     }
 
+    /// The only body that there is, if it is fog: where a ray runs through it needs no list.
+    #[inline]
+    pub fn only_fog(&self) -> Option<&Body> {
+        match &self.bodies[..] {
+            [body] if !body.is_disc() => Some(body),
+            _ => None,
+        }
+    }
+
     /// The first event beyond (`from`, `after_id`), in the order of distance and then of body number.
     ///
     /// `event` gives the distance at which a body acts on the ray, if it does: a certain hit, or one drawn at random.

@@ -70,6 +70,18 @@ impl Event {
         }
     }
 
+    /// A collision in the fog of one body alone, at a distance along a ray.
+    #[inline]
+    pub fn gather_one(&mut self, media: &Media, ray: &LocalRay, t_m: f64, body: &Body) {
+        (self.point, self.t_m, self.on_disc, self.disc_id) = (ray.origin + t_m * ray.direction, t_m, false, 0);
+        let load = f64::from(body.load);
+        self.acting.clear();
+        self.acting.push((body.bin() as u32, load));
+        for (sigma, c_ext_m2) in self.sigma.iter_mut().zip(media.c_ext_m2(body.bin())) {
+            *sigma = load * c_ext_m2;
+        }
+    }
+
     fn gather_fog(&mut self, media: &Media, crossings: &[(Body, Crossing)]) {
         for (body, crossing) in crossings {
             let inside = crossing.start() <= self.t_m && self.t_m <= crossing.end();

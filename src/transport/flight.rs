@@ -8,7 +8,7 @@ use super::glass::balance;
 use super::random::PathRandom;
 use super::sample::RenderContext;
 use super::scratch::Scratch;
-use crate::accel::{BodyKind, Crossing, LocalRay};
+use crate::accel::{Body, BodyKind, Crossing, LocalRay};
 
 /// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short
 /// searches then cost less than one through everything.
@@ -70,8 +70,34 @@ pub(super) enum Arrival {
 /// that of the way out.
 pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
     scratch.rays.scatter += 1;
+    if let Some(body) = ctx.accel.only_fog() {
+        return fly_alone(ctx, ray, body, hero, u, scratch);
+    }
     meet(ctx, ray, scratch);
     fly_met(ctx, ray, hero, u, scratch) == Arrival::Droplets
+}
+
+/// A collision where one body of fog is all that there is: as `fly`, without lists.
+fn fly_alone(ctx: &RenderContext, ray: &LocalRay, body: &Body, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
+    let (start, end) = ctx.accel.chord(ray, body).unwrap_or_default();
+    let (start, end) = (start.max(0.0), end.min(scratch.reach_m));
+    let (load, c_ext_m2) = (f64::from(body.load), ctx.media.c_ext_m2(body.bin()));
+    let t_m = start - (1.0 - u).ln() / (load * c_ext_m2[hero]);
+    if t_m < end {
+        scratch.event.gather_one(ctx.media, ray, t_m, body);
+        let air = ctx.air_transmittance(ray, t_m);
+        let Scratch { event, weight, density, .. } = scratch;
+        for w in 0..weight.len() {
+            let passed = (-(t_m - start) * event.sigma[w]).exp();
+            weight[w] *= passed * air;
+            density[w] *= passed * event.sigma[w];
+        }
+        return normalize(scratch);
+    }
+    let way_m = (end - start).max(0.0);
+    scratch.total_depth.iter_mut().zip(c_ext_m2).for_each(|(depth, c_ext_m2)| *depth = load * c_ext_m2 * way_m);
+    escape(ctx, ray, scratch);
+    false
 }
 
 /// A collision with what was met.

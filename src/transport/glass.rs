@@ -293,6 +293,8 @@ pub(super) fn balance(weight: &mut [f64], density: &mut [f64]) -> bool {
     if mean.is_nan() || mean <= 0.0 {
         return false;
     }
-    weight.iter_mut().chain(density).for_each(|value| *value /= mean);
+    let inverse = mean.recip();
+    weight.iter_mut().for_each(|weight| *weight *= inverse);
+    density.iter_mut().for_each(|density| *density *= inverse);
     true
 }

@@ -87,6 +87,9 @@ const SOBOL_COLLISIONS: u32 = 4;
 /// Four at a time are computed together: those of the camera ray and its collision, then those of a turn and the next flight.
 #[inline]
 fn dimension(purpose: Purpose, index: u32) -> Option<u32> {
+    if index > SOBOL_COLLISIONS + 1 {
+        return None;
+    }
     // Collision k + 1 is the flight after turn k; the first belongs to the camera ray.
     let (set, lane) = match (purpose, index) {
         (Purpose::PixelX, 0) => (0, 0),
@@ -165,12 +168,12 @@ impl PathRandom {
 
     #[inline]
     fn glow_hash(&self, stream: u64, index: u64) -> f64 {
-        unit(mix(self.key ^ GLOW ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN)))
+        unit(mix((self.key ^ GLOW).wrapping_add((stream << 32 ^ index).wrapping_mul(GOLDEN))))
     }
 
     #[inline]
     fn hash(&self, stream: u64, index: u64) -> f64 {
-        unit(mix(self.key ^ mix(stream << 32 ^ index).wrapping_add(GOLDEN)))
+        unit(mix(self.key.wrapping_add((stream << 32 ^ index).wrapping_mul(GOLDEN))))
     }
 }
 

@@ -44,6 +44,14 @@ impl OpticalDepth {
     /// Optical depth by wavelength of the ray from distance 0 to `to`, m. Beyond `OPAQUE` at every wavelength it is not
     /// summed further.
     pub fn along(&mut self, accel: &Accel, media: &Media, ray: &LocalRay, to: f64) -> &[f64] {
+        if let Some(body) = accel.only_fog() {
+            let way_m = accel.chord(ray, body).map_or(0.0, |(start, end)| (end.min(to) - start.max(0.0)).max(0.0));
+            let fog_per_m2 = f64::from(body.load) * way_m;
+            for (depth, c_ext_m2) in self.depth.iter_mut().zip(media.c_ext_m2(body.bin())) {
+                *depth = fog_per_m2 * c_ext_m2;
+            }
+            return &self.depth;
+        }
         let mut least_depth = 0.0;
         accel.all_until(ray, 0.0, to, |body, crossing| {
             let added = self.add(body, crossing, to);
