@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
-use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use num_complex::Complex64;
+use clap::{Args, Parser, Subcommand};
 
 use super::bench_args::{AccuracyArgs, MeasureArgs};
-use super::mie::angles::AngleList;
+use super::generate_args::GenerateArgs;
+use super::help;
+use super::manual::{CompletionsArgs, ManArgs};
+use super::mie::args::MieArgs;
 use super::values::{
-    length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
-    parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_water,
+    length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_nonnegative, parse_positive,
+    parse_resolution, parse_samples, parse_share,
 };
-use crate::scene::generate::CloudShape;
 
 /// Renders clouds of droplets with true Lorenz-Mie scattering.
 #[derive(Debug, Parser)]
@@ -21,6 +21,7 @@ use crate::scene::generate::CloudShape;
     version,
     about,
     max_term_width = 110,
+    after_help = help::PROGRAM,
     subcommand_required = true,
     arg_required_else_help = true
 )]
@@ -32,22 +33,46 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Renders a glTF scene to an HDR OpenEXR picture
+    ///
+    /// Droplets, fog, suns, camera and settings come from the scene; flags win over it. Progress, warnings and a summary go to
+    /// stderr. Ctrl-C saves what there is and ends with 130; a second one ends at once. The same scene, settings and seed give the
+    /// same bytes on any number of threads.
+    #[command(after_help = help::RENDER)]
     Render(Box<RenderArgs>),
     /// Writes a cloud of droplets as glTF
+    ///
+    /// The file holds droplets or balls of fog (parcels), a camera that frames them, a sun, and the recipe they were made by.
+    #[command(after_help = help::GENERATE)]
     Generate(Box<GenerateArgs>),
     /// Prints what one sphere or a size distribution does to light
+    ///
+    /// Efficiencies or cross sections, asymmetry, amplitudes and phase function by Lorenz-Mie theory, for size parameters from
+    /// 1e-6 to 1e6 and any index.
+    #[command(after_help = help::MIE)]
     Mie(Box<MieArgs>),
     /// Shows what was understood of a scene and what would be simulated
+    ///
+    /// Nothing is rendered: particles, sizes, optical depth, light, camera, and each effect with the reason why it is on or off.
+    #[command(after_help = help::INSPECT)]
     Inspect(InspectArgs),
     /// Measures speed and accuracy
-    #[command(subcommand)]
+    #[command(subcommand, after_help = help::BENCH)]
     Bench(BenchCommand),
     /// Compares two EXR pictures
+    #[command(after_help = help::DIFF)]
     Diff(DiffArgs),
     /// Combines parts of a picture that were rendered with `render --samples`
+    #[command(after_help = help::MERGE)]
     Merge(MergeArgs),
     /// Makes ten figures of a paper by its formulas and by exact Mie, side by side
+    #[command(after_help = help::PAPER)]
     Paper(PaperArgs),
+    /// Prints the script that completes flags in a shell
+    #[command(after_help = help::COMPLETIONS)]
+    Completions(CompletionsArgs),
+    /// Prints the manual page
+    #[command(after_help = help::MAN)]
+    Man(ManArgs),
 }
 
 #[derive(Debug, Subcommand)]
@@ -66,18 +91,28 @@ pub struct SceneArgs {
     /// glTF scene (.gltf or .glb)
     pub scene: PathBuf,
     /// Overrides a setting of the scene, e.g. `atmosphere.scattering_per_m=0.025`; may be repeated
+    ///
+    /// Keys, units, defaults and ranges are listed in docs/scene-format.md; later flags win over earlier ones. Files named here are
+    /// relative to the working folder.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key_value, help_heading = "Scene")]
     pub set: Vec<(String, String)>,
     /// Camera to use, by name [default: the scene's first]
     #[arg(long, value_name = "NAME", help_heading = "Scene")]
     pub camera: Option<String>,
     /// Nodes whose meshes are droplets, by name with * and ?
-    #[arg(long, value_name = "GLOB", help_heading = "Scene")]
+    ///
+    /// For scenes whose meshes carry no `extras.mie_cloud.kind`: each such mesh is a sphere about its middle.
+    #[arg(hide_short_help = true, long, value_name = "GLOB", help_heading = "Scene")]
     pub droplets: Option<String>,
     /// Radius of points that have none, with its unit: 5um, 1mm
-    #[arg(long, value_name = "LENGTH", value_parser = length, help_heading = "Scene")]
+    ///
+    /// For POINTS without the attribute `_RADIUS`: a length in the world, which nodes do not scale.
+    #[arg(hide_short_help = true, long, value_name = "LENGTH", value_parser = length, help_heading = "Scene")]
     pub radius: Option<f64>,
     /// Effects: `auto`, `+name`, `-name`, separated by commas
+    ///
+    /// direct, multiple, absorption, shadows, airlight, glow, air-multiple, refraction, dispersion, background and sun-disc. `auto`
+    /// simulates what can change the picture by a tenth of the accuracy target; `mie-cloud inspect` shows the choice and its reasons.
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, help_heading = "Scene")]
     pub effects: Option<String>,
 }
@@ -90,6 +125,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
     pub output: PathBuf,
     /// Also writes an exposed and tone-mapped PNG
+    ///
+    /// It is there early, and rewritten while the picture gets better.
     #[arg(long, value_name = "OUT.png", help_heading = "Output")]
     pub preview: Option<PathBuf>,
     /// Extra layers, separated by commas, or `all`: direct, multiple, airlight, glow, air_multiple, refraction,
@@ -97,43 +134,53 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LIST", help_heading = "Output")]
     pub aov: Option<String>,
     /// Adds radiance by wavelength (layout of Fichet et al. 2021)
-    #[arg(long, help_heading = "Output")]
+    ///
+    /// One channel for each wavelength, e.g. `S0.550,000000nm` (see docs/exr.md).
+    #[arg(hide_short_help = true, long, help_heading = "Output")]
     pub spectral: bool,
     /// Writes cd/m^2 instead of multiples of a white diffuser in the sun (`bands` mode only)
-    #[arg(long, help_heading = "Output")]
+    #[arg(hide_short_help = true, long, help_heading = "Output")]
     pub absolute: bool,
     /// Writes times, rays, effects and memory as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub stats: Option<PathBuf>,
     /// Refuses to overwrite files
-    #[arg(long, help_heading = "Output")]
+    #[arg(hide_short_help = true, long, help_heading = "Output")]
     pub no_clobber: bool,
     /// Size of the picture in pixels [default: the scene's, or 640x360]
     #[arg(long, value_name = "WxH", value_parser = parse_resolution, help_heading = "Output")]
     pub resolution: Option<[u32; 2]>,
     /// Renders a part of the picture: left, top, width, height in pixels
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop, help_heading = "Output")]
+    #[arg(hide_short_help = true, long, value_name = "X,Y,W,H", value_parser = parse_crop, help_heading = "Output")]
     pub crop: Option<[u32; 4]>,
     /// Samples in every pixel [default: 64, or the scene's accuracy target]
+    ///
+    /// Half the noise takes four times the samples. Powers of two are best.
     #[arg(long, value_name = "N", conflicts_with_all = ["noise", "accuracy"], value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub spp: Option<u32>,
     /// Renders samples A to B-1 of every pixel, a part for `merge`; 0..64, 64..128, .. make one picture
-    #[arg(long, value_name = "A..B", conflicts_with_all = ["spp", "noise", "accuracy", "time_limit"], value_parser = parse_samples, help_heading = "Sampling")]
+    #[arg(hide_short_help = true, long, value_name = "A..B", conflicts_with_all = ["spp", "noise", "accuracy", "time_limit"], value_parser = parse_samples, help_heading = "Sampling")]
     pub samples: Option<[u32; 2]>,
     /// Samples where the noise is, until the standard error is this share of the mean luminance
+    ///
+    /// 0.05 is visibly noisy, 0.02 is clean, 0.005 a reference.
     #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
     /// Stops after this many seconds (the picture then depends on the machine)
     #[arg(long, value_name = "SECONDS", value_parser = parse_positive, help_heading = "Sampling")]
     pub time_limit: Option<f64>,
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
+    ///
+    /// Sets noise, bands, tables and effects together; `mie-cloud bench accuracy` measures what it costs.
     #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
     pub accuracy: Option<f64>,
     /// Most times that light is scattered by droplets [default: unlimited]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
+    ///
+    /// 1 is fast and leaves thick fog too dark.
+    #[arg(hide_short_help = true, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Sampling")]
     pub order: Option<u32>,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
+    #[arg(hide_short_help = true, long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
     pub seed: u64,
     /// Threads [default: one per processor]; the picture does not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
@@ -142,13 +189,15 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Running")]
     pub checkpoint: Option<PathBuf>,
     /// Seconds from one checkpoint to the next
-    #[arg(long, value_name = "SECONDS", default_value = "60", requires = "checkpoint", value_parser = parse_positive, help_heading = "Running")]
+    #[arg(hide_short_help = true, long, value_name = "SECONDS", default_value = "60", requires = "checkpoint", value_parser = parse_positive, help_heading = "Running")]
     pub checkpoint_every: f64,
     /// Goes on from a checkpoint of the same scene and flags, to the same picture as without interruption
     #[arg(long, value_name = "FILE", help_heading = "Running")]
     pub resume: Option<PathBuf>,
     /// Neither reads nor writes the table cache
-    #[arg(long, help_heading = "Running")]
+    ///
+    /// Tables are kept in $XDG_CACHE_HOME/mie-cloud, or ~/.cache/mie-cloud.
+    #[arg(hide_short_help = true, long, help_heading = "Running")]
     pub no_cache: bool,
     /// Prints errors only
     #[arg(short, long, conflicts_with = "verbose", help_heading = "Running")]
@@ -178,137 +227,6 @@ pub struct MergeArgs {
     /// Prints errors only
     #[arg(short, long)]
     pub quiet: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum KindName {
-    Droplets,
-    Parcels,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormName {
-    Points,
-    Instances,
-}
-
-#[derive(Debug, Args)]
-pub struct GenerateArgs {
-    /// File to write: .glb, or .gltf with its data inside
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
-    pub output: PathBuf,
-    /// Refuses to overwrite files
-    #[arg(long, help_heading = "Output")]
-    pub no_clobber: bool,
-    /// How droplets are stored
-    #[arg(long = "as", value_name = "FORM", default_value = "points", help_heading = "Output")]
-    pub form: FormName,
-    /// Prints errors only
-    #[arg(short, long, help_heading = "Output")]
-    pub quiet: bool,
-    /// Shape of the cloud
-    #[arg(long, default_value = "ball", value_parser = PossibleValuesParser::new(CloudShape::NAMES), help_heading = "Cloud")]
-    pub shape: String,
-    /// Diameter or edge with its unit, or the three edges x, y (up), z: 2m or 20m,2m,20m
-    #[arg(long, value_name = "L[,L,L]", default_value = "1m", value_parser = length, value_delimiter = ',', num_args = 1, help_heading = "Cloud")]
-    pub size: Vec<f64>,
-    /// Number of droplets or parcels
-    #[arg(long, value_name = "N", default_value = "10000", value_parser = parse_count, help_heading = "Cloud")]
-    pub count: u64,
-    /// Single droplets, or balls of fog
-    #[arg(long, default_value = "parcels", help_heading = "Cloud")]
-    pub kind: KindName,
-    /// Droplet sizes: mono:r=5um, gamma:reff=6um,veff=0.1, lognormal:rg=3um,sigma=0.4, modgamma:.., csv:FILE
-    #[arg(long, value_name = "D", default_value = "gamma:reff=6um,veff=0.1", help_heading = "Cloud")]
-    pub distribution: String,
-    /// Water in the air, e.g. 0.3g/m3
-    #[arg(long, value_name = "W", conflicts_with = "optical_depth", value_parser = parse_water, help_heading = "Cloud")]
-    pub liquid_water: Option<f64>,
-    /// Optical depth at 550 nm, through the centre along the shortest side
-    #[arg(long, value_name = "T", value_parser = parse_positive, help_heading = "Cloud")]
-    pub optical_depth: Option<f64>,
-    /// 0 fills the shape evenly, 1 gathers the fog in banks with almost clear air between
-    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Cloud")]
-    pub patchiness: f64,
-    /// Radius of parcels over their mean spacing [default: chosen for smooth fog]
-    #[arg(long, value_name = "R", value_parser = parse_positive, help_heading = "Cloud")]
-    pub overlap: Option<f64>,
-    /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
-    pub seed: u64,
-    /// Height of the sun above the horizon, degrees [default: 25; cumulus 40]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
-    pub sun_elevation: Option<f64>,
-    /// Where the sun stands, degrees: 0 behind the cloud, 90 to the left, 180 behind the camera [default: 60; cumulus 115]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
-    pub sun_azimuth: Option<f64>,
-    /// Position of the camera with its unit [default: one that frames the cloud]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, requires = "look_at", help_heading = "View")]
-    pub camera_position: Option<[f64; 3]>,
-    /// Point in the middle of the picture, with its unit
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, requires = "camera_position", help_heading = "View")]
-    pub look_at: Option<[f64; 3]>,
-    /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 40.0, help_heading = "View")]
-    pub yfov: f64,
-    /// Puts a setting into the file, e.g. `accuracy.target=0.05`; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key_value, help_heading = "View")]
-    pub set: Vec<(String, String)>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormatName {
-    Text,
-    Json,
-    Csv,
-}
-
-/// What `mie` can be asked, as it is written.
-const MIE_EXAMPLES: &str = "\
-Examples:
-  mie-cloud mie --size-parameter 10 --index 1.33,0
-  mie-cloud mie --radius 5um --wavelength 450nm --angles 130:145:0.1 --format csv -o bow.csv
-  mie-cloud mie --radius 10um --material ice --format json --plot ice.svg
-  mie-cloud mie --distribution gamma:reff=6um,veff=0.1 --plot fog.svg
-  mie-cloud mie --distribution lognormal:rg=0.1um,sigma=0.7,rmax=10um --index 1.45,0.01
-
-Phase functions integrate to 1 over the sphere (sr^-1); the medium is air, taken as vacuum.
-A CSV whose angles go from 0 to 180 serves as a scene's phase model, table:FILE.csv.";
-
-#[derive(Debug, Args)]
-#[command(after_help = MIE_EXAMPLES, group = ArgGroup::new("scatterer").required(true).args(["size_parameter", "radius", "distribution"]))]
-pub struct MieArgs {
-    /// Size parameter 2 pi r / lambda, 1e-6 to 1e6; with --wavelength the radius follows
-    #[arg(long, value_name = "X", value_parser = number, allow_negative_numbers = true, help_heading = "Scatterer (one of these)")]
-    pub size_parameter: Option<f64>,
-    /// Radius of one sphere with its unit: 5um, 20nm, 1mm
-    #[arg(long, value_name = "R", value_parser = length, help_heading = "Scatterer (one of these)")]
-    pub radius: Option<f64>,
-    /// Size distribution: mono:r=5um, gamma:reff=6um,veff=0.1, modgamma:alpha=6,gamma=1,rc=4um,
-    /// lognormal:rg=3um,sigma=0.4 or csv:FILE (radius_um,dn_dr); all take rmin= and rmax=
-    #[arg(long, value_name = "D", help_heading = "Scatterer (one of these)")]
-    pub distribution: Option<String>,
-    /// Vacuum wavelength with its unit [default: 550nm]
-    #[arg(long, value_name = "L", value_parser = length, help_heading = "Light and material")]
-    pub wavelength: Option<f64>,
-    /// Material: water, ice, or a CSV file (wavelength_um,n,k) [default: water]
-    #[arg(long, value_name = "M", conflicts_with = "index", help_heading = "Light and material")]
-    pub material: Option<String>,
-    /// Refractive index m = n + ik instead of a material; k >= 0 absorbs
-    #[arg(long, value_name = "N,K", value_parser = parse_index, allow_hyphen_values = true, help_heading = "Light and material")]
-    pub index: Option<Complex64>,
-    /// Scattering angles in degrees, 0 (forward) to 180: A,B,C or FROM:TO:STEP
-    #[arg(long, value_name = "LIST", default_value = "0:180:10", allow_hyphen_values = true, help_heading = "Output")]
-    pub angles: AngleList,
-    /// Format of the output; json and csv have all digits
-    #[arg(long, default_value = "text", help_heading = "Output")]
-    pub format: FormatName,
-    /// Also draws the phase function and the polarisation as SVG
-    #[arg(long, value_name = "P.svg", help_heading = "Output")]
-    pub plot: Option<PathBuf>,
-    /// File to write [default: standard output]
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
-    pub output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

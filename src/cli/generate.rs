@@ -3,8 +3,8 @@
 use anyhow::{Context, anyhow};
 use serde_json::{Map, Value};
 
-use super::args::{FormName, GenerateArgs, KindName};
 use super::failure::Failure;
+use super::generate_args::{FormName, GenerateArgs, KindName};
 use super::progress::Verbosity;
 use super::say::say;
 use super::scene::print_warnings;

@@ -10,14 +10,18 @@ mod diff;
 mod effects;
 mod failure;
 mod generate;
+mod generate_args;
+mod help;
 mod identity;
 mod inspect;
 mod interrupt;
 mod limits;
+mod manual;
 mod merge;
 mod mie;
 mod output;
 mod paper;
+mod previews;
 mod progress;
 mod render;
 mod say;
@@ -67,5 +71,7 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Paper(args) => paper::run(&args),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man(args) => manual::man(&args),
     }
 }

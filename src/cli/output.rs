@@ -86,6 +86,11 @@ impl Recipe {
         *self == Self { attributes, ..other.clone() }
     }
 
+    /// The same picture without further channels.
+    pub fn colours_alone(&self) -> Self {
+        Self { wanted: Vec::new(), wavelengths_nm: Vec::new(), ..self.clone() }
+    }
+
     /// Version, scene, settings and seed, and what is wished.
     pub fn new(scene: &Scene, sampling: &SpectralSampling, request: &RenderRequest, wishes: &Wishes) -> Self {
         let [x, y, _, _] = request.crop;

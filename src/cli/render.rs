@@ -12,7 +12,8 @@ use super::identity::{About, identity};
 use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
 use super::output::{self, Recipe, Wishes};
-use super::progress::{Shown, Verbosity};
+use super::previews::Previews;
+use super::progress::{Busy, Kept, Shown, Verbosity};
 use super::say::say;
 use super::scene::{load_scene, print_warnings};
 use super::stats::{Seconds, Stats};
@@ -50,7 +51,9 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let mut seconds = Seconds::default();
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     check_outputs(args, existing)?;
+    let busy = Busy::with("reading the scene", verbosity(args));
     let (scene, job) = understand(args)?;
+    drop(busy);
     seconds.load = watch.lap();
     print_warnings(&scene.warnings, job.verbosity);
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
@@ -65,7 +68,10 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let checkpoints = args.checkpoint.as_ref().map(keep).transpose()?;
     // Before this there is nothing to save: an interrupt ends the program, and previous files stay as they are.
     let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
-    let progress = Shown::new(job.verbosity, args.time_limit, interrupts, checkpoints);
+    // Files that must not be replaced are written once.
+    let preview = args.preview.as_ref().filter(|_| existing == Existing::Replace);
+    let previews = preview.map(|path| Previews::new(path, &job.about.recipe));
+    let progress = Shown::new(job.verbosity, args.time_limit, interrupts, Kept { checkpoints, previews });
     let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
     seconds.render = watch.lap();
@@ -160,12 +166,20 @@ fn prepare(
     seconds: &mut Seconds,
 ) -> Result<Prepared, Failure> {
     let cache = if args.no_cache { None } else { cache_folder() };
+    let busy = Busy::with("sorting droplets by size", job.verbosity);
     let mut prepared = Prepared::new(scene, &job.plan, &job.sampling, cache.as_deref(), &mut |stage| match stage {
-        Stage::Tables => seconds.load += watch.lap(),
-        Stage::Bvh => seconds.tables = watch.lap(),
+        Stage::Tables => {
+            seconds.load += watch.lap();
+            busy.with_next("making tables of how droplets scatter");
+        }
+        Stage::Bvh => {
+            seconds.tables = watch.lap();
+            busy.with_next("building the tree of droplets");
+        }
         Stage::Ready => seconds.bvh = watch.lap(),
     })
     .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
+    drop(busy);
     prepared.max_order = args.order.unwrap_or(u32::MAX);
     print_warnings(&prepared.warnings, job.verbosity);
     Ok(prepared)

@@ -97,23 +97,29 @@ impl Stats<'_> {
         Value::Object(Effect::ALL.iter().filter_map(one).collect())
     }
 
-    /// A closing summary of a few short lines.
+    /// A closing summary of a few short lines, for terminals of 80 columns.
     pub fn summary(&self, output: &Path) -> String {
         let Self { prepared, outcome, seconds, request, .. } = self;
         let counts = &prepared.counts;
         let [_, _, width, height] = request.crop;
         let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
         let noise = if self.noise.is_finite() { format!("{:.2} %", 100.0 * self.noise) } else { "unknown".into() };
+        let boxes = match counts.fog_boxes {
+            0 => String::new(),
+            n => format!(" and {}", amount(n, "fog box", "fog boxes")),
+        };
         format!(
             "{}: {width}x{height}, {} spp, noise {noise}\n\
-             {} particles, {} fog boxes, {} size bins, {} wavelengths; tables {:.1} MiB, geometry {:.1} MiB, tree {:.1} MiB\n\
-             {:.2} s: load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}; {:.2} million rays/s; peak memory {:.0} MiB\n",
+             {}{boxes} in {}, {}\n\
+             memory: peak {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
+             time: {:.2} s; load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}\n\
+             rays: {:.2} million/s\n",
             output.display(),
             outcome.samples,
-            counts.particles,
-            counts.fog_boxes,
-            counts.size_bins,
-            prepared.media.n_wavelengths(),
+            amount(counts.particles, "particle", "particles"),
+            amount(counts.size_bins, "size bin", "size bins"),
+            amount(prepared.media.n_wavelengths(), "wavelength", "wavelengths"),
+            self.peak_rss_bytes as f64 / f64::from(1 << 20),
             mib(counts.table_bytes),
             mib(prepared.accel.geometry_bytes()),
             mib(prepared.accel.tree_bytes()),
@@ -124,7 +130,10 @@ impl Stats<'_> {
             seconds.render,
             seconds.write,
             self.rays_per_second() * 1e-6,
-            self.peak_rss_bytes as f64 / f64::from(1 << 20),
         )
     }
+}
+
+fn amount(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
 }

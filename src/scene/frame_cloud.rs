@@ -6,7 +6,7 @@ use super::model::{Camera, FogBox, Lens, Particle, Sun};
 
 /// Half of the vertical field of view of the camera that frames the cloud, rad: 20 degrees, a moderate wide angle.
 const HALF_YFOV_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Air around the cloud, as a factor on its radius.
+/// Air around the cloud, as a factor on its width and height.
 const MARGIN: f64 = 1.1;
 /// Distance at which an empty scene is looked at, m.
 const EMPTY_RADIUS_M: f64 = 1.0;
@@ -28,15 +28,15 @@ pub fn bounds_m(particles: &[Particle], fog_boxes: &[FogBox]) -> Option<(DVec3, 
         .reduce(|(min, max), (low, high)| (min.min(low), max.max(high)))
 }
 
-/// A camera on the +Z side that sees the ball around the cloud whole, at the given width / height.
+/// A camera on the +Z side that sees the box around the cloud whole, at the given width / height.
 pub fn framing_camera(particles: &[Particle], fog_boxes: &[FogBox], width_over_height: f64) -> Camera {
-    let (center_m, radius_m) = match bounds_m(particles, fog_boxes) {
-        Some((min, max)) => (0.5 * (min + max), 0.5 * (max - min).length()),
-        None => (DVec3::ZERO, EMPTY_RADIUS_M),
+    let (center_m, half_m) = match bounds_m(particles, fog_boxes) {
+        Some((min, max)) => (0.5 * (min + max), 0.5 * (max - min)),
+        None => (DVec3::ZERO, DVec3::splat(EMPTY_RADIUS_M)),
     };
-    // A narrow picture is filled sideways first.
-    let half_xfov_rad = (HALF_YFOV_RAD.tan() * width_over_height).atan();
-    let distance_m = MARGIN * radius_m / HALF_YFOV_RAD.min(half_xfov_rad).sin();
+    // Where the front of the box fits, the rest of it does.
+    let to_front_m = half_m.y.max(half_m.x / width_over_height) / HALF_YFOV_RAD.tan();
+    let distance_m = half_m.z + MARGIN * to_front_m;
     Camera {
         name: "framing camera".into(),
         position_m: center_m + distance_m * DVec3::Z,

@@ -80,9 +80,12 @@ pub(super) fn next_round(film: &Film, until: Until, run: &Range<u32>) -> Option<
     }
 }
 
-/// Noise falls like the root of the number of samples.
+/// Noise falls like the root of the number of samples; while it is not known, what tells it is expected.
 fn expected_each(film: &Film, each: u32, target: f64, at_most: u32) -> u32 {
     let excess = film.noise() / target;
+    if each == 0 || !excess.is_finite() {
+        return PILOT.min(at_most);
+    }
     (f64::from(each) * excess * excess).ceil().clamp(f64::from(PILOT.min(at_most)), f64::from(at_most)) as u32
 }
 

@@ -34,6 +34,11 @@ impl RenderState {
         shaped && round_fits && (1..=until.runs().len()).contains(&self.films.len())
     }
 
+    /// The latest sums in which every pixel has a sample, or else the latest: what there is to look at.
+    pub fn latest(&self) -> Option<&Film> {
+        self.films.iter().rfind(|film| film.is_covered()).or(self.films.last())
+    }
+
     /// The sums of every run that has been begun, in order.
     pub fn into_films(self) -> Vec<Film> {
         self.films

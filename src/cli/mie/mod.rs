@@ -1,6 +1,7 @@
 //! `mie-cloud mie`: what one sphere or a size distribution does to light.
 
-pub mod angles;
+mod angles;
+pub mod args;
 mod csv;
 mod json;
 mod request;
@@ -11,11 +12,11 @@ use std::path::Path;
 
 use anyhow::anyhow;
 
-use super::args::{FormatName, MieArgs};
 use super::failure::Failure;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::study::plot::{Caption, phase_plot};
 use crate::study::{MieReport, Scatterer};
+use args::{FormatName, MieArgs};
 
 /// Runs the command.
 pub fn run(args: &MieArgs) -> Result<u8, Failure> {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use anyhow::{Context, anyhow};
 use num_complex::Complex64;
 
-use crate::cli::args::MieArgs;
+use super::args::MieArgs;
 use crate::cli::failure::Failure;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
