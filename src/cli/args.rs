@@ -107,7 +107,7 @@ pub struct SceneArgs {
     /// Radius of points that have none, with its unit: 5um, 1mm
     ///
     /// For POINTS without the attribute `_RADIUS`: a length in the world, which nodes do not scale.
-    #[arg(hide_short_help = true, long, value_name = "LENGTH", value_parser = length, help_heading = "Scene")]
+    #[arg(hide_short_help = true, long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true, help_heading = "Scene")]
     pub radius: Option<f64>,
     /// Effects: `auto`, `+name`, `-name`, separated by commas
     ///
@@ -164,7 +164,7 @@ pub struct RenderArgs {
     /// Samples where the noise is, until the standard error is this share of the mean luminance
     ///
     /// 0.05 is visibly noisy, 0.02 is clean, 0.005 a reference.
-    #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
+    #[arg(long, value_name = "E", conflicts_with = "accuracy", allow_negative_numbers = true, value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
     /// Stops after this many seconds (the picture then depends on the machine)
     #[arg(long, value_name = "SECONDS", value_parser = parse_positive, help_heading = "Sampling")]
@@ -172,7 +172,7 @@ pub struct RenderArgs {
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
     ///
     /// Sets noise, bands, tables and effects together; `mie-cloud bench accuracy` measures what it costs.
-    #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
+    #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, allow_negative_numbers = true, help_heading = "Sampling")]
     pub accuracy: Option<f64>,
     /// Most times that light is scattered by droplets [default: unlimited]
     ///

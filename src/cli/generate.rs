@@ -52,7 +52,7 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
 
 fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
-    let read = |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
+    let read = |path: &str| Folder::User.read_text(path);
     let distribution =
         SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {

@@ -8,19 +8,18 @@ use serde_json::{Value, json};
 use super::args::InspectArgs;
 use super::failure::Failure;
 use super::progress::Verbosity;
+use super::render::target_and_sampling;
 use super::scene::{load_scene, print_warnings};
 use crate::plan::{self, EffectPlan, SceneFacts};
 use crate::scene::model::{Lens, ParticleKind, Scene};
-use crate::spectrum::{SpectralMode, SpectralSampling};
+use crate::spectrum::SpectralSampling;
 
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let effects =
         args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
     let scene = load_scene(&args.scene, None)?;
-    let target = scene.settings.accuracy.target.unwrap_or(super::render::STANDARD_ACCURACY);
-    let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
-    let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
+    let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     let facts = SceneFacts::of(&scene);
     if args.json {

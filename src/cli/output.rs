@@ -86,9 +86,9 @@ impl Recipe {
         *self == Self { attributes, ..other.clone() }
     }
 
-    /// The same picture without further channels.
-    pub fn colours_alone(&self) -> Self {
-        Self { wanted: Vec::new(), wavelengths_nm: Vec::new(), ..self.clone() }
+    /// R, G, B and the number of samples.
+    pub fn for_preview(&self) -> Self {
+        Self { wanted: vec!["samples".into()], wavelengths_nm: Vec::new(), ..self.clone() }
     }
 
     /// Version, scene, settings and seed, and what is wished.

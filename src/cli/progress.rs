@@ -26,6 +26,9 @@ pub enum Verbosity {
 /// Plain lines come at most this often.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
+/// Before this the first tiles tell too little of how long the rest takes.
+const FORETOLD_AFTER_S: f64 = 2.0;
+
 /// Steps of the bar.
 const BAR_LENGTH: u64 = 1000;
 
@@ -138,7 +141,9 @@ impl Shown {
         let of_time = self.time_limit.map_or(0.0, |limit| elapsed_s / limit.as_secs_f64()).min(1.0);
         let left_s = match self.time_limit {
             Some(limit) if of_time > of_samples => limit.as_secs_f64() - elapsed_s,
-            _ if of_samples > begun_at => elapsed_s * (1.0 - of_samples) / (of_samples - begun_at),
+            _ if of_samples > begun_at && elapsed_s > FORETOLD_AFTER_S => {
+                elapsed_s * (1.0 - of_samples) / (of_samples - begun_at)
+            }
             _ => f64::INFINITY,
         };
         (

@@ -23,11 +23,9 @@ use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
+use crate::study::trial::STANDARD_TARGET;
 use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stage, Until, go_on};
 use crate::warning::Warning;
-
-/// Accuracy when neither flag nor scene asks for one.
-pub const STANDARD_ACCURACY: f64 = 0.05;
 
 /// Samples per pixel when nothing asks for an accuracy.
 const DEFAULT_SPP: u32 = 64;
@@ -66,11 +64,13 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     }
     let keep = |path: &PathBuf| Checkpoints::new(path, &job.about, args.checkpoint_every);
     let checkpoints = args.checkpoint.as_ref().map(keep).transpose()?;
-    // Before this there is nothing to save: an interrupt ends the program, and previous files stay as they are.
-    let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
     // Files that must not be replaced are written once.
     let preview = args.preview.as_ref().filter(|_| existing == Existing::Replace);
-    let previews = preview.map(|path| Previews::new(path, &job.about.recipe));
+    let busy = Busy::with("taking a first look", job.verbosity);
+    let previews = preview.map(|path| Previews::begin(path, &job.about.recipe, &ctx, &job.request));
+    drop(busy);
+    // Before this there is nothing to save: an interrupt ends the program, and the previous picture stays as it is.
+    let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
     let progress = Shown::new(job.verbosity, args.time_limit, interrupts, Kept { checkpoints, previews });
     let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
@@ -137,9 +137,7 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     scene.settings.accuracy.target = args.accuracy.or(scene.settings.accuracy.target);
     let crop = crop(args, scene.settings.image.resolution)?;
     let accuracy = scene.settings.accuracy.target;
-    let target = accuracy.unwrap_or(STANDARD_ACCURACY);
-    let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
-    let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
+    let (target, sampling) = target_and_sampling(&scene);
     check_absolute(args, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     let request = RenderRequest {
@@ -155,6 +153,13 @@ fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
     let verbosity = verbosity(args);
     Ok((scene, Job { verbosity, sampling, plan, request, about, camera, scene_warnings }))
+}
+
+/// The picture's relative error that is aimed at, and how the spectrum is sampled for it.
+pub fn target_and_sampling(scene: &Scene) -> (f64, SpectralSampling) {
+    let target = scene.settings.accuracy.target.unwrap_or(STANDARD_TARGET);
+    let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: plan::bands_for(target) });
+    (target, SpectralSampling::new(mode, scene.settings.sun.spectrum))
 }
 
 /// Makes tables and tree, and prints what was noticed on the way.

@@ -6,8 +6,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CsvError {
-    /// The file itself could not be read.
-    #[error("{file}: {reason}; check the path and that the file may be read")]
+    /// The file itself could not be read; `reason` says why and what to do.
+    #[error("{file} {reason}")]
     Unreadable { file: String, reason: String },
     /// A row has the wrong number of fields.
     #[error("{file}, line {line}: {found} fields where {expected} are needed; separate them by commas")]

@@ -30,6 +30,9 @@ pub enum SceneFault {
     /// The JSON is broken, or an element does not have the form that glTF 2.0 demands.
     #[error("is not valid glTF 2.0 JSON ({0}); export the file again or mend it there")]
     Json(String),
+    /// Settings that are written as JSON text are broken.
+    #[error("is not valid JSON ({0}); write an object such as {{\"atmosphere\": {{\"step_m\": 0.1}}}}")]
+    SettingsJson(String),
     /// Objects and arrays are nested without end.
     #[error("JSON is nested more than {limit} levels deep; no glTF needs that, export the file again")]
     Nesting { limit: usize },
@@ -46,7 +49,7 @@ pub enum SceneFault {
     #[error("has no {what}; {remedy}")]
     Missing { what: &'static str, remedy: &'static str },
     /// An index points outside its array.
-    #[error("refers to {target}[{index}], but the file has {len} of them")]
+    #[error("refers to {target}[{index}], but the file has {len} of them, counted from 0; export the file again")]
     Index { target: &'static str, index: u64, len: usize },
     /// A URI or path that may not or cannot be read.
     #[error("`{uri}` {problem}; {remedy}")]
@@ -61,7 +64,7 @@ pub enum SceneFault {
     #[error("element {index} is {value}; expected a finite number")]
     NotFinite { index: u64, value: f64 },
     /// A number is outside its range.
-    #[error("{what} is {value}; expected {expected}")]
+    #[error("{what} is {}; expected {expected}", legible(*.value))]
     Range { what: String, value: f64, expected: &'static str },
     /// The node graph is no forest.
     #[error("{0}; a glTF scene is a tree in which every node has one parent: mend the hierarchy")]
@@ -73,8 +76,8 @@ pub enum SceneFault {
     )]
     ZeroRadii { zeros: u64, count: u64 },
     /// A setting has the wrong type or is out of range.
-    #[error("{key} = {value}: {problem}; expected {expected}")]
-    Setting { key: String, value: String, problem: String, expected: String },
+    #[error("{key} = {value}: {problem}")]
+    Setting { key: String, value: String, problem: String },
     /// A key that does not exist.
     #[error("unknown key `{key}`; {suggestion}")]
     UnknownKey { key: String, suggestion: String },
@@ -113,6 +116,11 @@ impl SceneError {
 
 /// The result of reading a part of a scene.
 pub(crate) type SceneResult<T> = Result<T, SceneError>;
+
+/// A number without rows of zeros.
+fn legible(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}
 
 /// Shortens text from a file for a message; control characters are escaped.
 pub(crate) fn excerpt(text: &str) -> String {

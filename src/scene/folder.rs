@@ -26,6 +26,7 @@ pub struct Refusal {
 }
 
 const MOVE_IT: &str = "put the file beside the scene, or embed it as a data: URI or in a .glb";
+const CHECK_IT: &str = "check the path, which is relative to the working folder";
 
 impl Folder {
     /// The folder in which a scene file lies.
@@ -45,11 +46,19 @@ impl Folder {
             Self::User => PathBuf::from(name),
             Self::Scene(folder) => inside(folder, name)?,
         };
-        let info = std::fs::metadata(&path).map_err(|e| refusal(format!("cannot be read ({e})")))?;
+        let info = std::fs::metadata(&path).map_err(|e| self.remedied(unreadable(e)))?;
         if !info.is_file() {
-            return Err(refusal("is not a regular file"));
+            return Err(self.remedied(refusal("is not a regular file")));
         }
         Ok(path)
+    }
+
+    /// What the user typed need not lie beside the scene.
+    fn remedied(&self, refusal: Refusal) -> Refusal {
+        match self {
+            Self::User => Refusal { remedy: CHECK_IT, ..refusal },
+            Self::Scene(_) => refusal,
+        }
     }
 
     /// Reads a file of at most `limit_bytes`.
@@ -57,16 +66,16 @@ impl Folder {
     /// # Errors
     /// As [`Folder::resolve`], and when the file is larger.
     pub fn read(&self, name: &str, limit_bytes: u64) -> Result<Vec<u8>, Refusal> {
-        read_file(&self.resolve(name)?, limit_bytes)
+        read_file(&self.resolve(name)?, limit_bytes).map_err(|r| self.remedied(r))
     }
 
     /// Reads a text file that a setting names, as `optics` asks for it.
     ///
     /// # Errors
-    /// A sentence that says why the file cannot be read.
+    /// Why the file cannot be read, and what to do: continues the sentence that begins with its name.
     pub fn read_text(&self, name: &str) -> Result<String, String> {
-        let bytes = self.read(name, TEXT_LIMIT_BYTES).map_err(|r| format!("`{name}` {}; {}", r.problem, r.remedy))?;
-        String::from_utf8(bytes).map_err(|_| format!("`{name}` is not UTF-8 text"))
+        let bytes = self.read(name, TEXT_LIMIT_BYTES).map_err(|r| format!("{}; {}", r.problem, r.remedy))?;
+        String::from_utf8(bytes).map_err(|_| "is not UTF-8 text; save it as such".into())
     }
 }
 

@@ -13,13 +13,18 @@ pub struct Given<'a> {
     pub folder: &'a Folder,
 }
 
-/// Why a value does not fit; what is expected stands in the key's description.
+/// Why a value does not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Misfit(pub String);
+pub enum Misfit {
+    /// What is wrong; what is expected stands in the key's description.
+    Problem(String),
+    /// What is wrong and what is expected, as whoever reads such values says it.
+    Sentence(String),
+}
 
 impl From<&str> for Misfit {
     fn from(problem: &str) -> Self {
-        Self(problem.into())
+        Self::Problem(problem.into())
     }
 }
 
@@ -101,7 +106,7 @@ impl<'a> Given<'a> {
         parse: impl Fn(&str, crate::optics::ReadText) -> Result<T, E>,
     ) -> Fit<T> {
         let folder = self.folder;
-        parse(&self.text()?, &|name: &str| folder.read_text(name)).map_err(|e| Misfit(e.to_string()))
+        parse(&self.text()?, &|name: &str| folder.read_text(name)).map_err(|e| Misfit::Sentence(e.to_string()))
     }
 }
 

@@ -75,7 +75,7 @@ pub const ACCURACY_NAMES: [(&str, f64); 4] = [("draft", 0.1), ("standard", 0.05)
 
 /// Reads text by `FromStr`.
 pub fn from_str<T: std::str::FromStr<Err: std::fmt::Display>>(given: &Given) -> Fit<T> {
-    given.text()?.parse().map_err(|e: T::Err| Misfit(e.to_string()))
+    given.text()?.parse().map_err(|e: T::Err| Misfit::Sentence(e.to_string()))
 }
 
 fn materials(settings: &mut Settings, given: &Given) -> Fit<()> {
@@ -85,7 +85,7 @@ fn materials(settings: &mut Settings, given: &Given) -> Fit<()> {
         None => given.list()?,
     };
     if items.len() > MAX_MATERIALS {
-        return Err(Misfit(format!("has {} materials; at most {MAX_MATERIALS} are kept", items.len())));
+        return Err(Misfit::Sentence(format!("has {} materials; at most {MAX_MATERIALS} are kept", items.len())));
     }
     settings.droplets.materials =
         items.iter().map(|item| given.with(item).parse(Material::parse)).collect::<Fit<Vec<Material>>>()?;
@@ -133,7 +133,7 @@ fn radiance(settings: &mut Settings, given: &Given) -> Fit<()> {
 
 fn background_image(settings: &mut Settings, given: &Given) -> Fit<()> {
     let name = given.text()?;
-    let path = given.folder.resolve(&name).map_err(|r| Misfit(format!("{}; {}", r.problem, r.remedy)))?;
+    let path = given.folder.resolve(&name).map_err(|r| Misfit::Sentence(format!("{}; {}", r.problem, r.remedy)))?;
     settings.background.image = Some(path);
     Ok(())
 }

@@ -9,7 +9,7 @@ use serde_json::value::RawValue;
 
 use super::error::{SceneError, SceneFault, SceneResult, excerpt};
 use super::folder::Folder;
-use super::given::Given;
+use super::given::{Given, Misfit};
 use super::keys::Key;
 use crate::suggest::closest;
 
@@ -38,15 +38,17 @@ pub fn entries_of_extras(extras: Option<&RawValue>, element: &str) -> SceneResul
         }
         let mut value: Value = serde_json::from_str(raw.get()).map_err(json)?;
         if let (Value::String(text), true) = (&value, key == "mie_cloud") {
-            value = serde_json::from_str(text).map_err(json)?;
+            let broken = |e: serde_json::Error| SceneFault::SettingsJson(e.to_string());
+            value = serde_json::from_str(text)
+                .map_err(|e| SceneError::at(format!("{element}.extras.mie_cloud"), broken(e)))?;
         }
         match key.strip_prefix("mie_cloud.") {
             Some(key) => flatten(key, value, &mut entries),
             None if value.is_object() => flatten("", value, &mut entries),
             None => {
-                let problem = "is no object and no JSON text of one".into();
-                let (value, expected) = (excerpt(&value.to_string()), "an object of settings".into());
-                return Err(SceneError::at(element, SceneFault::Setting { key: key.into(), value, problem, expected }));
+                let problem = "is no object and no JSON text of one; expected an object of settings".into();
+                let value = excerpt(&value.to_string());
+                return Err(SceneError::at(element, SceneFault::Setting { key: key.into(), value, problem }));
             }
         }
     }
@@ -97,7 +99,7 @@ pub fn entries_of_flag(key: &str, text: &str) -> SceneResult<Entries> {
     let key = key.strip_prefix("mie_cloud.").unwrap_or(key);
     let value = if text.trim_start().starts_with(['{', '[', '"']) {
         serde_json::from_str(text)
-            .map_err(|e| SceneError::at(format!("--set {key}"), SceneFault::Json(e.to_string())))?
+            .map_err(|e| SceneError::at(format!("--set {key}"), SceneFault::SettingsJson(e.to_string())))?
     } else {
         Value::String(text.into())
     };
@@ -141,8 +143,10 @@ pub fn apply<T>(
             let fault = SceneFault::Setting {
                 key: key.name.into(),
                 value: excerpt(&value),
-                problem: misfit.0,
-                expected: expectation(key.range, key.unit),
+                problem: match misfit {
+                    Misfit::Problem(problem) => format!("{problem}; expected {}", expectation(key.range, key.unit)),
+                    Misfit::Sentence(sentence) => sentence,
+                },
             };
             SceneError::at(element, fault)
         })?;
@@ -166,9 +170,23 @@ fn unknown<T>(name: &str, keys: &[&[Key<T>]]) -> SceneFault {
     let names: Vec<&str> = keys.iter().copied().flatten().map(|key| key.name).collect();
     let suggestion = match nearest(name, &names) {
         Some(known) => format!("did you mean `{known}`?"),
-        None => format!("known are {}", names.join(", ")),
+        None => format!("{}; docs/scene-format.md lists them with units, defaults and ranges", known(name, &names)),
     };
     SceneFault::UnknownKey { key: excerpt(name), suggestion }
+}
+
+/// The known keys of the same group, or all where there are few, or the groups.
+fn known(name: &str, names: &[&str]) -> String {
+    const FEW: usize = 12;
+    let group = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
+    let of_group: Vec<&str> = names.iter().copied().filter(|known| group(known) == group(name)).collect();
+    if !of_group.is_empty() || names.len() <= FEW {
+        let shown = if of_group.is_empty() { names.to_vec() } else { of_group };
+        return format!("known are {}", shown.join(", "));
+    }
+    let mut groups: Vec<String> = names.iter().map(|known| format!("{}.*", group(known))).collect();
+    groups.dedup();
+    format!("the keys are {}", groups.join(", "))
 }
 
 /// The known key that is nearest to a mistyped one; also if only its last part was written.

@@ -9,6 +9,7 @@ use super::args::MieArgs;
 use crate::cli::failure::Failure;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
+use crate::scene::folder::Folder;
 use crate::study::Scatterer;
 use crate::study::scatterer::Dimensions;
 use crate::units::format_in;
@@ -67,7 +68,7 @@ fn index(args: &MieArgs) -> anyhow::Result<Complex64> {
 }
 
 fn read(path: &str) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| error.to_string())
+    Folder::User.read_text(path)
 }
 
 fn nm(wavelength_m: f64) -> String {

@@ -109,9 +109,8 @@ impl<'d> Classes<'d> {
         element: &str,
     ) -> SceneResult<T> {
         parse(text, &|name: &str| self.folder.read_text(name)).map_err(|e| {
-            let expected = format!("what droplets.{key} accepts");
             let (key, value, problem) = (key.into(), format!("\"{}\"", excerpt(text)), e.to_string());
-            SceneError::at(element, SceneFault::Setting { key, value, problem, expected })
+            SceneError::at(element, SceneFault::Setting { key, value, problem })
         })
     }
 
