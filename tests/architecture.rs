@@ -51,6 +51,49 @@ const ONLY_IN: [(&str, &[&str]); 11] = [
     ("std::time", &["study", "cli"]),
 ];
 
+/// Rows of the code map: the modules in the first column, the modules that the last one allows them.
+fn rows_of_the_map() -> Vec<(Vec<String>, Vec<String>)> {
+    let quoted = |cell: &str| -> Vec<String> {
+        cell.split('`').skip(1).step_by(2).map(|name| name.trim_end_matches('/').to_owned()).collect()
+    };
+    let rows = include_str!("../ARCHITECTURE.md").lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
+        let last = cells.last().copied().unwrap_or_default();
+        let allowed = match last.trim().strip_prefix("all but ") {
+            Some(but) => {
+                let but = quoted(but);
+                let all = MAY_USE.iter().map(|(name, _)| (*name).to_owned());
+                all.filter(|name| !but.contains(name)).collect()
+            }
+            None => quoted(last),
+        };
+        (quoted(cells[0]), allowed)
+    })
+    .collect()
+}
+
+#[test]
+fn the_map_says_what_is_checked() {
+    let common = ["units", "suggest", "warning"];
+    let mut seen = 0;
+    for (modules, mapped) in rows_of_the_map() {
+        for module in modules {
+            let Some((_, checked)) = MAY_USE.iter().find(|(name, _)| *name == module) else { continue };
+            let sorted = |names: Vec<&str>| -> Vec<String> {
+                let own = names.iter().filter(|name| !common.contains(name) && **name != module);
+                let mut names: Vec<String> = own.map(|name| (*name).to_owned()).collect();
+                names.sort();
+                names
+            };
+            let mapped = sorted(mapped.iter().map(String::as_str).collect());
+            assert_eq!(mapped, sorted(checked.to_vec()), "{module}: the map, and what is checked");
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, MAY_USE.len(), "every module has its row");
+}
+
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -16,13 +16,13 @@ arrays = {name: np.ascontiguousarray(values, "<f4") for name, values in points.i
 position = arrays["POSITION"]
 data, views, accessors = b"", [], []
 for array in arrays.values():
-    views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
+    views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes, "target": 34962})
     accessors.append({"bufferView": len(accessors), "componentType": 5126, "count": n,
                       "type": "VEC3" if array.ndim == 2 else "SCALAR"})
     data += array.tobytes()
 accessors[0].update(min=position.min(0).tolist(), max=position.max(0).tolist())
 primitive = {"mode": 0, "attributes": {name: index for index, name in enumerate(arrays)}}
-settings = {"background": {"radiance": [0.05, 0.08, 0.12]}, "accuracy": {"target": "standard"}}
+settings = {"background": {"radiance": [0.05, 0.08, 0.12]}, "accuracy": {"target": "draft"}}
 json.dump({
     "asset": {"version": "2.0"}, "scene": 0, "nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}],
     "scenes": [{"nodes": [0], "extras": {"mie_cloud": settings}}], "accessors": accessors, "bufferViews": views,

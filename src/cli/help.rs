@@ -5,7 +5,7 @@ pub const PROGRAM: &str = "\
 Examples:
   mie-cloud generate -o ball.glb --shape ball --size 2m --optical-depth 2
   mie-cloud inspect ball.glb
-  mie-cloud render ball.glb -o ball.exr --preview ball.png
+  mie-cloud render ball.glb -o ball.exr --preview ball.png --time-limit 30
   mie-cloud mie --radius 5um --wavelength 550nm --plot p.svg
 
 Exit codes: 0 done, 1 failure, 2 flags at fault, 3 scene at fault, 130 interrupted
