@@ -26,7 +26,7 @@ Examples:
   mie-cloud generate -o ball.glb --shape ball --size 2m --optical-depth 2
   mie-cloud generate -o bank.glb --shape slab --size 40m,2m,40m --patchiness 1
   mie-cloud generate -o cumulus.glb --shape cumulus --size 1km --count 1e5 --optical-depth 40
-  mie-cloud generate -o drops.gltf --kind droplets --count 1000 --distribution mono:r=50um --size 1cm";
+  mie-cloud generate -o drops.gltf --kind droplets --count 1e3 --size 10mm";
 
 /// After `mie`.
 pub const MIE: &str = "\

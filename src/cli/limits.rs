@@ -1,4 +1,4 @@
-//! What the operating system says of this process: peak memory, the time of day, interrupts.
+//! What a run takes: peak memory as the system tells it, seconds from stage to stage.
 
 use std::time::Instant;
 

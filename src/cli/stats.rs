@@ -113,7 +113,7 @@ impl Stats<'_> {
              {}{boxes} in {}, {}\n\
              memory: peak {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
              time: {:.2} s; load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}\n\
-             rays: {:.2} million/s\n",
+             {:.2} million rays/s\n",
             output.display(),
             outcome.samples,
             amount(counts.particles, "particle", "particles"),

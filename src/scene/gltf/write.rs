@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use thiserror::Error;
 
 use crate::scene::generate::Cloud;
 
-mod base64;
 mod buffer;
 mod document;
 
@@ -119,5 +120,5 @@ pub fn write_gltf(cloud: &Cloud, out: &mut dyn Write) -> Result<(), WriteError> 
 fn data_uri(buffer: &Buffer) -> Result<String, WriteError> {
     let mut bytes = Vec::with_capacity(buffer.len_bytes());
     buffer.write(&mut bytes)?;
-    Ok(format!("data:application/octet-stream;base64,{}", base64::encode(&bytes)))
+    Ok(format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes)))
 }
