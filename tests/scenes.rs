@@ -616,7 +616,8 @@ fn every_setting_is_checked_for_type_and_range() {
             Err(error) => {
                 let text = error.to_string();
                 assert!(matches!(*error.fault, SceneFault::Setting { .. }), "{key}={value}: {text}");
-                let remedies = ["expected", "accepted are", "must", "check the path"];
+                let remedies =
+                    ["expected", "accepted are", "must", "check the path", "needs", "non-negative", "above zero"];
                 assert!(text.contains(key) && remedies.iter().any(|remedy| text.contains(remedy)), "{text}");
             }
             Ok(_) => panic!("{key}={value} is accepted"),

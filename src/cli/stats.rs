@@ -111,7 +111,7 @@ impl Stats<'_> {
         format!(
             "{}: {width}x{height}, {} spp, noise {noise}\n\
              {}{boxes} in {}, {}\n\
-             memory: peak {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
+             peak memory {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
              time: {:.2} s; load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}\n\
              {:.2} million rays/s\n",
             output.display(),
