@@ -4,6 +4,8 @@
 //! forward; phase functions integrate to 1 over the sphere; directions `wo`, `wi` point away from the point.
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
+#![forbid(unsafe_code)]
+
 pub mod accel;
 pub mod cli;
 pub mod film;

@@ -9,8 +9,8 @@ use num_complex::Complex64;
 use super::bench_args::{AccuracyArgs, MeasureArgs};
 use super::mie::angles::AngleList;
 use super::values::{
-    length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_nonnegative,
-    parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_water,
+    length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_memory,
+    parse_nonnegative, parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_time, parse_water,
 };
 use crate::scene::generate::CloudShape;
 
@@ -80,6 +80,9 @@ pub struct SceneArgs {
     /// Effects: `auto`, `+name`, `-name`, separated by commas
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, help_heading = "Scene")]
     pub effects: Option<String>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -123,8 +126,8 @@ pub struct RenderArgs {
     /// Samples where the noise is, until the standard error is this share of the mean luminance
     #[arg(long, value_name = "E", conflicts_with = "accuracy", value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
-    /// Stops after this many seconds (the picture then depends on the machine)
-    #[arg(long, value_name = "SECONDS", value_parser = parse_positive, help_heading = "Sampling")]
+    /// Stops after this time: 90s, 3m, 1h30m, or seconds (the picture then depends on the machine)
+    #[arg(long, value_name = "TIME", value_parser = parse_time, help_heading = "Sampling")]
     pub time_limit: Option<f64>,
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
     #[arg(long, value_name = "LEVEL", value_parser = parse_accuracy, help_heading = "Sampling")]
@@ -141,8 +144,8 @@ pub struct RenderArgs {
     /// Keeps all sums in this file, every minute and at the end, to go on from with --resume
     #[arg(long, value_name = "FILE", help_heading = "Running")]
     pub checkpoint: Option<PathBuf>,
-    /// Seconds from one checkpoint to the next
-    #[arg(long, value_name = "SECONDS", default_value = "60", requires = "checkpoint", value_parser = parse_positive, help_heading = "Running")]
+    /// Time from one checkpoint to the next: 30s, 10m, or seconds
+    #[arg(long, value_name = "TIME", default_value = "60s", requires = "checkpoint", value_parser = parse_time, help_heading = "Running")]
     pub checkpoint_every: f64,
     /// Goes on from a checkpoint of the same scene and flags, to the same picture as without interruption
     #[arg(long, value_name = "FILE", help_heading = "Running")]
@@ -236,6 +239,9 @@ pub struct GenerateArgs {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
     pub seed: u64,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Output")]
+    pub memory_limit: Option<u64>,
     /// Height of the sun above the horizon, degrees [default: 25; cumulus 40]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
     pub sun_elevation: Option<f64>,
@@ -331,6 +337,9 @@ pub struct BenchParticlesArgs {
     /// Writes the table as CSV
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]

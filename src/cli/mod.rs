@@ -14,6 +14,7 @@ mod identity;
 mod inspect;
 mod interrupt;
 mod limits;
+mod memory;
 mod merge;
 mod mie;
 mod output;

@@ -11,6 +11,7 @@ use super::failure::{Failure, INTERRUPTED};
 use super::identity::{About, identity};
 use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
+use super::memory::MemoryLimit;
 use super::output::{self, Recipe, Wishes};
 use super::progress::{Shown, Verbosity};
 use super::say::say;
@@ -22,6 +23,7 @@ use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
+use crate::transport::need::{Held, Need};
 use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stage, Until, go_on};
 use crate::warning::Warning;
 
@@ -53,6 +55,8 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     let (scene, job) = understand(args)?;
     seconds.load = watch.lap();
     print_warnings(&scene.warnings, job.verbosity);
+    let need = Need::of_render(&scene, &job.plan, &job.sampling, &job.request, held(args, &job.request));
+    MemoryLimit::new(args.scene.memory_limit).check(&need)?;
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
     say_plan(&job.plan, job.verbosity);
 
@@ -90,6 +94,18 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         say_interrupted(args, outcome.samples);
     }
     Ok(if interrupted { INTERRUPTED } else { 0 })
+}
+
+/// What is in memory beside one film and its picture.
+fn held(args: &RenderArgs, request: &RenderRequest) -> Held {
+    let wanted = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_or(0, |wishes| wishes.wanted.len());
+    let is_part = matches!(request.until, Until::Range { .. });
+    Held {
+        // R, G, B, A, and at most three for each that is asked for.
+        n_channels: 4 + 3 * wanted,
+        n_copies: 1 + u64::from(args.resume.is_some()) + u64::from(is_part),
+        n_threads: rayon::current_num_threads(),
+    }
 }
 
 /// What was saved, and how to go on from it.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::units::format_bytes;
+
 /// A scene could not be read.
 #[derive(Debug, Error)]
 #[error("{}: {}{fault}", .file.display(), if .element.is_empty() { String::new() } else { format!("{element}: ") })]
@@ -82,8 +84,17 @@ pub enum SceneFault {
     #[error("{problem}; {remedy}")]
     Mark { problem: String, remedy: &'static str },
     /// The scene would need more memory than its files can justify.
-    #[error("{what} need {bytes} bytes, but {limit} are left of what files of this size may take; {remedy}")]
+    #[error(
+        "{what} need {}, but {} are left of what files of this size may take; {remedy}",
+        format_bytes(*.bytes), format_bytes(*.limit)
+    )]
     TooLarge { what: String, bytes: u64, limit: u64, remedy: &'static str },
+    /// The scene would need more memory than there is, or than the user allows.
+    #[error(
+        "{what} need {}, but {} are left of what may be used; make the scene smaller, or raise --memory-limit if there is more",
+        format_bytes(*.bytes), format_bytes(*.limit)
+    )]
+    Memory { what: String, bytes: u64, limit: u64 },
     /// There is no camera of that name.
     #[error("no camera is called `{name}`; {available}")]
     NoSuchCamera { name: String, available: String },

@@ -25,8 +25,18 @@ pub struct LoadOptions {
     pub radius_m: Option<f64>,
     /// `--resolution`: wins over `image.resolution`, also for framing; pixels, each at least 1.
     pub resolution: Option<[u32; 2]>,
-    /// `--memory-limit`: what particles and fog boxes may take; by default 32 MiB and 12 bytes for each of the files'.
+    /// `--memory-limit`: what files, particles and fog boxes may take together; by default particles and boxes may take 24 MiB
+    /// and 12 bytes for each of the files'.
     pub memory_limit_bytes: Option<u64>,
+    /// Memory that there is, where the caller knows: nothing may take more, whatever is allowed.
+    pub available_bytes: Option<u64>,
+}
+
+impl LoadOptions {
+    /// What reading may take at most.
+    pub(super) fn most_bytes(&self) -> u64 {
+        [self.memory_limit_bytes, self.available_bytes].into_iter().flatten().min().unwrap_or(u64::MAX)
+    }
 }
 
 /// Loads a scene from a `.gltf` or `.glb` file.
@@ -52,7 +62,12 @@ fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
     if !info.is_file() {
         return Err(SceneError::at("", SceneFault::NotAFile));
     }
-    let file = read_file(path, u64::MAX)
+    let most = options.most_bytes();
+    if info.len() > most {
+        let what = "its bytes".into();
+        return Err(SceneError::at("", SceneFault::Memory { what, bytes: info.len(), limit: most }));
+    }
+    let file = read_file(path, most)
         .map_err(|refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem))))?;
     let parts = read(&file, &Folder::of_scene(path), options)?;
     drop(file);

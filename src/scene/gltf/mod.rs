@@ -70,8 +70,9 @@ pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> Scene
     extensions::check_required(&document)?;
     let scene = choose_scene(&document)?;
     let (settings, scene_material) = settings(&scene, folder, options)?;
-    let buffers = Buffers::new(&document, chunk, folder, file.len() as u64);
-    let budget = Budget::new(options.memory_limit_bytes);
+    let most_bytes = options.most_bytes();
+    let buffers = Buffers::new(&document, chunk, folder, file.len() as u64, most_bytes);
+    let budget = Budget::new(options.memory_limit_bytes.is_none(), most_bytes);
     let accessors = Accessors { document: &document, buffers: &buffers, budget: &budget };
     let mut collector = Collector {
         accessors,
