@@ -7,7 +7,7 @@ use crate::scene::error::{SceneError, SceneFault, SceneResult};
 
 /// What any scene may use for its particles: half a million of them. With a tree over them they stay below 64 MiB.
 const FREE_BYTES: u64 = 24 << 20;
-/// What each byte of the scene's files may bring with it. A particle of 48 bytes takes at least 4 in a file, so that
+/// What each byte of the scene's files may bring with it. A particle of 40 bytes takes at least 4 in a file, so that
 /// 12 serve every cloud that is written out; with the text and the buffers it stays below 20 in all.
 const PER_FILE_BYTE: u64 = 12;
 
