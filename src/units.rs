@@ -96,8 +96,7 @@ pub fn format_bytes(bytes: u64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-const TIMES: [(&str, f64); 6] =
-    [("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("m", 60.0), ("h", 3600.0), ("d", 86_400.0)];
+const TIMES: [(&str, f64); 6] = [("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("m", 60.0), ("h", 3600.0), ("d", 86_400.0)];
 
 /// Longest time that can be asked for: a century. Clocks overflow somewhere beyond.
 const MAX_SECONDS: f64 = 3.2e9;
@@ -124,7 +123,8 @@ pub fn parse_time_s(text: &str) -> Result<f64, UnitError> {
         let (unit, later) = (&after[..end], after[end..].trim_start());
         let is_bare = rest == text && unit.is_empty() && later.is_empty();
         let scale = if is_bare { Some(1.0) } else { TIMES.iter().find(|(name, _)| *name == unit).map(|(_, s)| *s) };
-        let scale = scale.ok_or(UnitError::Unit { text: text.into(), expected: "ms, s, m, h, d, as in 90s or 1h30m" })?;
+        let scale =
+            scale.ok_or(UnitError::Unit { text: text.into(), expected: "ms, s, m, h, d, as in 90s or 1h30m" })?;
         // A sign would make 1h-30m half an hour.
         if value < 0.0 || number.starts_with(['+', '-']) {
             return Err(UnitError::Range(text.into()));

@@ -302,7 +302,8 @@ fn dots_and_equal_boxes_are_no_trouble() {
     }
     let start = std::time::Instant::now();
     for half_m in [DVec3::ONE, DVec3::new(1.0, 1e-12, 1.0), DVec3::splat(1e-9)] {
-        let fog = PlacedBox { center_m: DVec3::ONE, half_edges_m: DMat3::from_diagonal(half_m), number_per_m3: 1.0, bin: 0 };
+        let fog =
+            PlacedBox { center_m: DVec3::ONE, half_edges_m: DMat3::from_diagonal(half_m), number_per_m3: 1.0, bin: 0 };
         let accel = Accel::build(Vec::new(), &vec![fog; 20_000]);
         let ray = accel.local_ray(DVec3::new(1.0, 1.0, 9.0), DVec3::NEG_Z);
         let mut met = 0;

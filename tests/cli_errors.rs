@@ -305,5 +305,7 @@ fn droplets_beyond_mie_theory_are_named() {
         assert_says(&said, &["1e6", "8.754e-2 m", "size parameter", "--distribution"]);
         assert!(!said.contains("NaN"), "{said}");
     }
-    bench.ok("generate -o a.glb --count 10 --size 1km --kind droplets --distribution mono:r=80mm --optical-depth 0.1 -q");
+    bench.ok(
+        "generate -o a.glb --count 10 --size 1km --kind droplets --distribution mono:r=80mm --optical-depth 0.1 -q",
+    );
 }

@@ -14,7 +14,7 @@ use program::Bench;
 /// Droplets enough for a tree, fog, glass, glowing air, two suns: every way through the program.
 fn everything() -> Scene {
     let mut scene = empty_scene();
-    scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 5 });
+    scene.settings.spectral_mode = Some(SpectralMode::Bands { count: 3 });
     scene.settings.image.resolution = [16, 12];
     scene.settings.background.radiance = [0.1, 0.2, 0.3];
     with_air(&mut scene, 0.05, 0.01, 12.0, 1.0);
@@ -22,7 +22,7 @@ fn everything() -> Scene {
     let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(5);
     let mut at = || DVec3::new(rng.random(), rng.random(), rng.random()) * 2.0 - 1.0;
     for i in 0..300 {
-        let own_radius_m = [2e-6, 5e-6, 1e-4][i % 3];
+        let own_radius_m = [1e-6, 2e-6, 5e-6][i % 3];
         scene.particles.push(droplet(at(), [0.01, 0.02, 0.1][i % 3], own_radius_m));
     }
     for _ in 0..60 {

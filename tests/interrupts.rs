@@ -79,11 +79,9 @@ fn previous_files_survive_an_early_end() {
 #[test]
 fn a_second_interrupt_ends_it_at_once() {
     let mut ended_early = 0;
-    for (first, second) in [
-        (Signal::SIGINT, Signal::SIGINT),
-        (Signal::SIGTERM, Signal::SIGTERM),
-        (Signal::SIGINT, Signal::SIGTERM),
-    ] {
+    for (first, second) in
+        [(Signal::SIGINT, Signal::SIGINT), (Signal::SIGTERM, Signal::SIGTERM), (Signal::SIGINT, Signal::SIGTERM)]
+    {
         let bench = Bench::with_cloud();
         bench.write("a.exr", "previous");
         let child = start(&bench, &format!("{ENDLESS} --crop 6,4,1,1"));

@@ -35,12 +35,18 @@ fn what_does_not_fit_is_refused_before_the_work() {
             "render cloud.glb -o a.exr --resolution 8192x8192 --set spectral.mode=bands:400 --spectral --memory-limit 64GB",
             spectral,
         ),
-        ("render cloud.glb -o a.exr --samples 64..4032 --resolution 4000x4000 --memory-limit 4GB", &["4000x4000", "GB"]),
+        (
+            "render cloud.glb -o a.exr --samples 64..4032 --resolution 4000x4000 --memory-limit 4GB",
+            &["4000x4000", "GB"],
+        ),
         ("render cloud.glb -o a.exr --threads 2 --memory-limit 5MB", &["5.00 MB", "the program"]),
-        ("render cloud.glb -o a.exr --memory-limit 1kB", &["cloud.glb", "its bytes", "--memory-limit"]),
-        ("inspect cloud.glb --memory-limit 1kB", &["cloud.glb", "its bytes", "--memory-limit"]),
+        ("render cloud.glb -o a.exr --memory-limit 1kB", &["the program", "--memory-limit allows 1.00 kB"]),
+        ("inspect cloud.glb --memory-limit 1kB", &["the program", "--memory-limit allows 1.00 kB"]),
         ("generate -o b.glb --count 1e8 --memory-limit 1GB", &["100000000 particles", "GB", "--memory-limit"]),
-        ("bench particles --counts 1e3,1e9 --memory-limit 20GB", &["1000000000 droplets", "--memory-limit allows 20.0 GB"]),
+        (
+            "bench particles --counts 1e3,1e9 --memory-limit 20GB",
+            &["1000000000 droplets", "--memory-limit allows 20.0 GB"],
+        ),
         ("bench effects cloud.glb --resolution 9000x9000 --memory-limit 1GB", &["9000x9000 pixels", "1.00 GB"]),
     ];
     for (line, parts) in cases {
@@ -110,7 +116,8 @@ fn in_any_address_space_there_is_an_answer() {
     let bench = Bench::with_cloud();
     let mut codes = Vec::new();
     for megabytes in [400, 520, 640, 800, 1200] {
-        let output = confined(&bench, megabytes, &format!("{PIXELS} --resolution 1200x1200 --set spectral.mode=mono:550nm"));
+        let output =
+            confined(&bench, megabytes, &format!("{PIXELS} --resolution 1200x1200 --set spectral.mode=mono:550nm"));
         let said = text(&output.stderr);
         match output.status.code() {
             Some(0) => assert_eq!(bench.picture("a.exr").n_pixels(), 1_440_000),
@@ -130,6 +137,10 @@ fn in_any_address_space_there_is_an_answer() {
         assert_eq!(output.status.code(), Some(1), "{line}: {}", text(&output.stderr));
         assert_says(&text(&output.stderr), &["error: ", "GB"]);
     }
+    let said = text(&confined(&bench, 200, "inspect cloud.glb").stderr);
+    assert_says(&said, &["for the program", "`ulimit -v` leaves", "raise that limit"]);
+    let said = text(&confined(&bench, 1000, "render cloud.glb -o b.exr --spp 1 --threads 60000").stderr);
+    assert_says(&said, &["error: cannot start threads; end other programs, or try --threads 1"]);
     assert_eq!(confined(&bench, 1000, "render cloud.glb -o b.exr --spp 1 -q").status.code(), Some(0));
 }
 
@@ -137,7 +148,9 @@ fn in_any_address_space_there_is_an_answer() {
 #[test]
 fn what_is_foretold_is_what_is_used() {
     let bench = Bench::with_cloud();
-    bench.ok("generate -o many.glb --count 4e5 --kind droplets --size 1m --optical-depth 1 -q --distribution mono:r=5um");
+    bench.ok(
+        "generate -o many.glb --count 4e5 --kind droplets --size 1m --optical-depth 1 -q --distribution mono:r=5um",
+    );
     let air = "--set atmosphere.scattering_per_m=0.1 --effects +glow";
     let cases = [
         (format!("{PIXELS} --resolution 900x900"), "sums of 900x900 pixels"),

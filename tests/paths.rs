@@ -14,13 +14,15 @@ use support::Gltf;
 
 /// Ways out of a scene's folder that name `FILE` beside it, and what is said of them. The second holds in URIs only, which are
 /// percent-encoded.
-const OUT: [(&str, &str); 6] = [
+const OUT: [(&str, &str); 8] = [
     ("../FILE", "`..`"),
     ("sub/../../FILE", "`..`"),
     ("ABSOLUTE/FILE", "absolute"),
-    ("link", "link that leaves"),
+    ("link.EXT", "link that leaves"),
     ("linked/FILE", "link that leaves"),
-    ("sub/link", "link that leaves"),
+    ("sub/link.EXT", "link that leaves"),
+    ("zero.EXT", "link that leaves"),
+    ("folder.EXT", "regular file"),
 ];
 const OUT_ENCODED: [(&str, &str); 6] = [
     ("%2e%2e/FILE", "`..`"),
@@ -45,7 +47,6 @@ fn home() -> Bench {
         exr::write(&bench.path(&format!("{folder}sky.exr")), &picture, Existing::Replace).expect("written");
     }
     symlink("..", bench.path("scene/linked")).expect("linked");
-    symlink("/dev/zero", bench.path("scene/zero")).expect("linked");
     bench
 }
 
@@ -53,7 +54,8 @@ fn home() -> Bench {
 fn points() -> Gltf {
     let mut gltf = Gltf::new();
     gltf.bytes = [0.0f32, 0.0, 0.0, 1.0].iter().flat_map(|x| x.to_le_bytes()).collect();
-    gltf.json["bufferViews"] = json!([{ "buffer": 0, "byteLength": 12 }, { "buffer": 0, "byteOffset": 12, "byteLength": 4 }]);
+    gltf.json["bufferViews"] =
+        json!([{ "buffer": 0, "byteLength": 12 }, { "buffer": 0, "byteOffset": 12, "byteLength": 4 }]);
     gltf.json["accessors"] = json!([
         { "bufferView": 0, "componentType": 5126, "count": 1, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0] },
         { "bufferView": 1, "componentType": 5126, "count": 1, "type": "SCALAR" }]);
@@ -91,20 +93,31 @@ fn files_of_a_scene_stay_in_its_folder() {
         ("background", "sky.exr"),
     ];
     for (purpose, file) in purposes {
-        for (link, target) in [("link", format!("../{file}")), ("sub/link", format!("../../{file}")), ("inside", file.into())] {
-            let _ = std::fs::remove_file(bench.path("scene").join(link));
-            symlink(target, bench.path("scene").join(link)).expect("linked");
+        let extension = file.split('.').next_back().expect("an extension");
+        std::fs::create_dir_all(bench.path(&format!("scene/folder.{extension}"))).expect("made");
+        for (link, target) in [
+            ("link", format!("../{file}")),
+            ("sub/link", format!("../../{file}")),
+            ("inside", file.into()),
+            ("zero", "/dev/zero".into()),
+        ] {
+            let link = bench.path(&format!("scene/{link}.{extension}"));
+            let _ = std::fs::remove_file(&link);
+            symlink(target, link).expect("linked");
         }
         let try_with = |name: &str| {
-            let name = name.replace("FILE", file).replace("ABSOLUTE", &bench.path("").display().to_string());
+            let name = name
+                .replace("FILE", file)
+                .replace("EXT", extension)
+                .replace("ABSOLUTE", &bench.path("").display().to_string());
             bench.write("scene/a.gltf", &scene(purpose, &name).to_string());
         };
-        for name in [file, "inside", "./inside", "linked/scene/FILE"] {
+        for name in [file, "inside.EXT", "./inside.EXT", "linked/scene/FILE"] {
             try_with(name);
             bench.ok("render scene/a.gltf -o a.exr --spp 1 --resolution 2x2 -q --set spectral.mode=mono:550nm");
         }
         let encoded = OUT_ENCODED.iter().filter(|_| purpose == "buffer");
-        for (name, part) in OUT.iter().chain(encoded).chain(&[("zero", "link that leaves"), ("sub", "regular file")]) {
+        for (name, part) in OUT.iter().chain(encoded) {
             try_with(name);
             let said = bench.fails(3, "inspect scene/a.gltf");
             assert_says(&said, &["scene/a.gltf", part]);

@@ -10,7 +10,8 @@ use super::bench_args::{AccuracyArgs, MeasureArgs};
 use super::mie::angles::AngleList;
 use super::values::{
     length, number, parse_accuracy, parse_count, parse_crop, parse_index, parse_key_value, parse_memory,
-    parse_nonnegative, parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_time, parse_water,
+    parse_nonnegative, parse_point, parse_positive, parse_resolution, parse_samples, parse_share, parse_time,
+    parse_water,
 };
 use crate::scene::generate::CloudShape;
 

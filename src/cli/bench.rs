@@ -56,7 +56,7 @@ fn check_memory(args: &BenchParticlesArgs) -> Result<(), Failure> {
     let mut need = Need::default();
     need.add_particles(format!("{largest} droplets"), *largest, rayon::current_num_threads() as u64);
     need.add("the file that they are read from", largest.saturating_mul(FILE_BYTES_EACH), "lower --counts");
-    need.add("tables and picture", FIXED_BYTES, "");
+    need.add("tables and picture", FIXED_BYTES, "lower --counts");
     MemoryLimit::new(args.memory_limit).check(&need)
 }
 

@@ -55,7 +55,12 @@ fn need(scene: &Scene, plan: &EffectPlan, sampling: &SpectralSampling) -> Need {
 fn print_memory(need: &Need) -> std::io::Result<()> {
     let parts: Vec<String> =
         need.items.iter().take(3).map(|item| format!("{} for {}", format_bytes(item.bytes), item.what)).collect();
-    writeln!(std::io::stdout().lock(), "memory      about {} to render: {}", format_bytes(need.total()), parts.join(", "))
+    writeln!(
+        std::io::stdout().lock(),
+        "memory      about {} to render: {}",
+        format_bytes(need.total()),
+        parts.join(", ")
+    )
 }
 
 fn memory_json(need: &Need) -> Value {

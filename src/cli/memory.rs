@@ -49,12 +49,8 @@ impl MemoryLimit {
         if need.total() <= limit {
             return Ok(());
         }
-        let parts: Vec<String> = need
-            .items
-            .iter()
-            .take(3)
-            .map(|item| format!("{} for {}", format_bytes(item.bytes), item.what))
-            .collect();
+        let parts: Vec<String> =
+            need.items.iter().take(3).map(|item| format!("{} for {}", format_bytes(item.bytes), item.what)).collect();
         let (whose, raise) = match (self.allowed, self.is_hard && self.available == Some(limit)) {
             (_, true) => ("`ulimit -v` leaves", "raise that limit"),
             (Some(_), _) => ("--memory-limit allows", "raise it if there is more"),

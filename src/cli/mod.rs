@@ -60,14 +60,20 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn dispatch(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Render(args) => render::run(&args),
-        Command::Generate(args) => generate::run(&args),
-        Command::Mie(args) => mie::run(&args),
-        Command::Inspect(args) => inspect::run(&args),
-        Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
+        Command::Generate(args) => with_threads(|| generate::run(&args)),
+        Command::Mie(args) => with_threads(|| mie::run(&args)),
+        Command::Inspect(args) => with_threads(|| inspect::run(&args)),
+        Command::Bench(BenchCommand::Particles(args)) => with_threads(|| bench::particles(&args)),
         Command::Bench(BenchCommand::Effects(args)) => bench_effects::run(&args),
         Command::Bench(BenchCommand::Accuracy(args)) => bench_accuracy::run(&args),
-        Command::Diff(args) => diff::run(&args),
-        Command::Merge(args) => merge::run(&args),
+        Command::Diff(args) => with_threads(|| diff::run(&args)),
+        Command::Merge(args) => with_threads(|| merge::run(&args)),
         Command::Paper(args) => paper::run(&args),
     }
+}
+
+/// Runs a command that does not choose its threads: if they cannot be started that is an error here, and would be a panic where
+/// they are first needed.
+fn with_threads(work: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failure> {
+    render::in_thread_pool(None, work)?
 }

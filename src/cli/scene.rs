@@ -8,11 +8,13 @@ use crate::cli::say::say;
 use crate::scene::error::SceneFault;
 use crate::scene::model::Scene;
 use crate::scene::{LoadOptions, SceneError, load};
+use crate::transport::need::Need;
 use crate::warning::Warning;
 
 /// Reads the scene that the arguments name; `resolution` overrides its own.
 pub fn load_scene(args: &SceneArgs, resolution: Option<[u32; 2]>) -> Result<Scene, Failure> {
     let limit = MemoryLimit::new(args.memory_limit);
+    limit.check(&Need::of_program())?;
     let options = LoadOptions {
         settings: args.set.clone(),
         camera: args.camera.clone(),

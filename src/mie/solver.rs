@@ -138,7 +138,8 @@ mod tests {
 
     #[test]
     fn instruction_sets_agree_to_the_last_bit() {
-        for (x, n, k) in [(1e-3, 1.33, 0.0), (0.7, 1.5, 0.1), (57.0, 1.33, 0.0), (321.0, 0.9, 1e-4), (4e3, 1.33, 1e-6)] {
+        for (x, n, k) in [(1e-3, 1.33, 0.0), (0.7, 1.5, 0.1), (57.0, 1.33, 0.0), (321.0, 0.9, 1e-4), (4e3, 1.33, 1e-6)]
+        {
             let m = Complex64::new(n, k);
             let want = solved_by(Scalar::new(), x, m);
             let others =

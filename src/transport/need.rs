@@ -79,6 +79,13 @@ impl Need {
         }
     }
 
+    /// Of the program before it has read anything.
+    pub fn of_program() -> Self {
+        let mut need = Self::default();
+        need.add("the program", PROGRAM_BYTES, "use fewer --threads");
+        need
+    }
+
     /// Of a render of this scene, from its tables on.
     pub fn of_render(
         scene: &Scene,
@@ -87,14 +94,17 @@ impl Need {
         request: &RenderRequest,
         held: Held,
     ) -> Self {
-        let mut need = Self::default();
+        let mut need = Self::of_program();
         let n_wavelengths = sampling.wavelengths_m.len() as u64;
         let n_threads = held.n_threads as u64;
-        need.add("the program", PROGRAM_BYTES, "");
         let threads = n_threads.saturating_mul(THREAD_BYTES + n_wavelengths * THREAD_BYTES_PER_WAVELENGTH);
         need.add(format!("{n_threads} threads"), threads, "use fewer --threads");
         need.add_bodies(scene, plan, n_wavelengths, n_threads);
-        let tables = if plan.is_on(Effect::Dispersion) { &sampling.wavelengths_m[..] } else { sampling.wavelengths_m.get(..1).unwrap_or_default() };
+        let tables = if plan.is_on(Effect::Dispersion) {
+            &sampling.wavelengths_m[..]
+        } else {
+            sampling.wavelengths_m.get(..1).unwrap_or_default()
+        };
         let bytes = predicted_bytes(&bin_plan(scene), &scene.classes, tables);
         need.add("optical tables", bytes, "ask for fewer spectral bands, or for fewer droplets.size_bins");
         need.add_film(request, n_wavelengths, held);
@@ -110,7 +120,11 @@ impl Need {
 
     fn add_bodies(&mut self, scene: &Scene, plan: &EffectPlan, n_wavelengths: u64, n_threads: u64) {
         let (particles, boxes) = (scene.particles.len() as u64, scene.fog_boxes.len() as u64);
-        self.add_particles(format!("{} droplets, parcels and fog boxes", particles + boxes), particles + boxes, n_threads);
+        self.add_particles(
+            format!("{} droplets, parcels and fog boxes", particles + boxes),
+            particles + boxes,
+            n_threads,
+        );
         self.add("the shapes of fog boxes", boxes * BOX_BYTES, "use fewer fog boxes");
         if plan.is_on(Effect::Refraction) {
             let resolution = Resolution::of(scene);
@@ -123,7 +137,11 @@ impl Need {
             let rows = (lights + MIXTURE_RANK) * 4 * 8 / 7;
             let sunlight = (4 * lights * (particles + boxes)).min((4 << 24) + lights * (particles + boxes) / 2);
             let bytes = (particles + boxes).saturating_mul(SOURCE_BYTES + rows).saturating_add(sunlight);
-            self.add("the tree of what glows", bytes, "leave it out with --effects -glow, or ask for fewer spectral bands");
+            self.add(
+                "the tree of what glows",
+                bytes,
+                "leave it out with --effects -glow, or ask for fewer spectral bands",
+            );
         }
     }
 
