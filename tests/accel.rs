@@ -286,7 +286,7 @@ fn degenerate_clouds_are_built_and_searched_in_bounded_time() {
 #[test]
 fn dots_and_equal_boxes_are_no_trouble() {
     let dot = |i: usize| Placed {
-        center_m: DVec3::splat(if i % 2 == 0 { 0.25 } else { 0.0 }),
+        center_m: DVec3::splat(if i.is_multiple_of(2) { 0.25 } else { 0.0 }),
         radius_m: 0.0,
         load: 1.0,
         bin: 0,

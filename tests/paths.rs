@@ -38,7 +38,9 @@ fn home() -> Bench {
     let bench = Bench::new();
     std::fs::create_dir_all(bench.path("scene/sub")).expect("made");
     let mut picture = Picture::new(2, 1);
-    ["R", "G", "B"].map(|name| picture.push(name, vec![1.0, 2.0]));
+    for name in ["R", "G", "B"] {
+        picture.push(name, vec![1.0, 2.0]);
+    }
     for folder in ["", "scene/"] {
         bench.write(&format!("{folder}index.csv"), "wavelength_um,n,k\n0.3,1.5,0\n0.9,1.5,0\n");
         bench.write(&format!("{folder}sizes.csv"), "radius_um,dn_dr\n4,0\n5,1\n6,0\n");

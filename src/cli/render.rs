@@ -44,7 +44,10 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
 /// Runs `work` in a thread pool of the given size.
 pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
-    Ok(pool.context("cannot start threads; end other programs, or try --threads 1").map_err(Failure::other)?.install(work))
+    Ok(pool
+        .context("cannot start threads; end other programs, or try --threads 1")
+        .map_err(Failure::other)?
+        .install(work))
 }
 
 fn run_here(args: &RenderArgs) -> Result<u8, Failure> {

@@ -46,10 +46,12 @@ impl RenderState {
 
     /// The outcome, if nothing more is done.
     pub fn finish(self, request: &RenderRequest, stopped: bool) -> RenderOutcome {
-        let empty = self.films.first().map_or_else(|| Film::new(0, 0, &[], 0), Film::emptied);
+        let runs = request.until.runs();
+        // Made only where it is needed: a film is large.
+        let empty = self.films.first().filter(|_| runs.is_empty()).map(Film::emptied);
         let mut joiner = Joiner::default();
-        request.until.runs().into_iter().zip(self.films).for_each(|(run, film)| joiner.push(run, film));
-        let film = joiner.finish().unwrap_or(empty);
+        runs.into_iter().zip(self.films).for_each(|(run, film)| joiner.push(run, film));
+        let film = joiner.finish().or(empty).unwrap_or_else(|| Film::new(0, 0, &[], 0));
         RenderOutcome { samples: film.mean_samples(), film, rays: self.rays, stopped }
     }
 

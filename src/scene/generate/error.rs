@@ -27,7 +27,7 @@ pub enum GenerateError {
     TooLarge { count: u64, bytes: u128, limit_bytes: u64, max_count: u64 },
     /// The cloud does not fit in memory.
     #[error(
-        "{count} particles need about {} of memory, and {} may be used: lower `--count`, use `--kind parcels`, or raise `--memory-limit` if there is more",
+        "{count} particles need about {} of memory, and {} may be used: lower `--count` (a parcel stands for many droplets), or raise `--memory-limit` if there is more",
         format_bytes(*.bytes), format_bytes(*.limit_bytes)
     )]
     Memory { count: u64, bytes: u64, limit_bytes: u64 },
@@ -39,7 +39,7 @@ pub enum GenerateError {
     Content { flag: &'static str, value: f64 },
     /// The droplets are beyond the reach of Mie theory.
     #[error(
-        "a droplet of radius {radius_m:e} m has a size parameter of {size_parameter:.3e} at 550 nm: Mie theory is validated from {least:e} to {most:e}, radii up to {largest_m:.3e} m; change `--distribution`"
+        "a droplet of radius {radius_m:.4e} m has a size parameter of {size_parameter:.3e} at 550 nm: Mie theory is validated from {least:e} to {most:e}, radii up to {largest_m:.3e} m; change `--distribution`"
     )]
     SizeParameter { radius_m: f64, size_parameter: f64, least: f64, most: f64, largest_m: f64 },
     /// The extinction efficiency that was given for a radius cannot be used.
