@@ -37,11 +37,10 @@ pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
         .find(|(name, _)| *name == unit)
         .map(|(_, scale)| *scale)
         .ok_or(UnitError::Unit { text: text.into(), expected: "nm, um, mm, m, km" })?;
-    if !(value.is_finite() && value >= 0.0) {
-        return Err(UnitError::Range(text.into()));
-    }
     // Dividing by an exact power of ten rounds once; 5um is 5e-6, not 4.9999999999999996e-6.
-    Ok(if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale })
+    let value_m = if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
+    // Kilometres can overflow.
+    if value_m.is_finite() && value_m >= 0.0 { Ok(value_m) } else { Err(UnitError::Range(text.into())) }
 }
 
 /// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value.
@@ -86,6 +85,7 @@ mod tests {
         assert_eq!(parse_length_m("2km"), Ok(2000.0));
         assert!(matches!(parse_length_m("5"), Err(UnitError::Unit { .. })));
         assert!(matches!(parse_length_m("-5um"), Err(UnitError::Range(_))));
+        assert!(matches!(parse_length_m("1e308km"), Err(UnitError::Range(_))));
         assert!(matches!(parse_length_m("um"), Err(UnitError::NotANumber(_))));
     }
 }

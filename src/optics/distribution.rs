@@ -174,24 +174,27 @@ fn interpolate(xs: &[f64], ys: &[f64], x: f64) -> f64 {
     ys[above - 1] + t * (ys[above] - ys[above - 1])
 }
 
+/// Radii whose sixth powers and their sums are far from the ends of f64; droplets lie well inside.
+const RADII_M: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
 fn check_shape(shape: &Shape) -> Result<(), DistributionError> {
-    let positive = |key, value: f64| check_range(key, value, value > 0.0 && value.is_finite(), "above zero");
+    let radius = |key, r_m: f64| check_range(key, r_m, RADII_M.contains(&r_m), "from 1e-15 to 1e15 m");
     match shape {
-        Shape::Mono { r_m } => positive("r", *r_m),
+        Shape::Mono { r_m } => radius("r", *r_m),
         Shape::Gamma { reff_m, veff } => {
-            positive("reff", *reff_m)?;
+            radius("reff", *reff_m)?;
             check_range("veff", *veff, (1e-6..0.5).contains(veff), "from 1e-6 to below 0.5")
         }
         Shape::ModifiedGamma { alpha, gamma, rc_m } => {
-            positive("rc", *rc_m)?;
+            radius("rc", *rc_m)?;
             check_range("alpha", *alpha, (1e-3..=1e4).contains(alpha), "from 1e-3 to 1e4")?;
             check_range("gamma", *gamma, (0.05..=100.0).contains(gamma), "from 0.05 to 100")
         }
         Shape::LogNormal { rg_m, sigma } => {
-            positive("rg", *rg_m)?;
+            radius("rg", *rg_m)?;
             check_range("sigma", *sigma, (1e-4..=2.0).contains(sigma), "from 1e-4 to 2")
         }
-        Shape::Table { .. } => Ok(()),
+        Shape::Table { r_m, .. } => r_m.iter().try_for_each(|r_m| radius("radius_um", *r_m)),
     }
 }
 

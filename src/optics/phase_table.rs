@@ -205,7 +205,10 @@ impl PhaseTable {
             return None;
         }
         cells.push(Cell { s: 1.0, cdf: 1.0, ln_p: [0.0; 4] });
-        Some(Self::integrate(cells))
+        // A checksum does not vouch for the numbers: exponentials of them may overflow, or vanish altogether.
+        Some(Self::integrate(cells)).filter(|table| {
+            table.scale.is_finite() && table.scale > 0.0 && table.max_value.is_finite() && table.mean_cosine.is_finite()
+        })
     }
 
     /// Number of cells.

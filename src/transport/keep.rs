@@ -12,6 +12,7 @@ use serde_json::Value;
 use super::render::RayCounts;
 use super::rounds::Round;
 use super::state::RenderState;
+use crate::excerpt::printable;
 use crate::film::{Film, Layer};
 use crate::image::sealed::{Sealed, SealedError, Sealer};
 
@@ -79,7 +80,8 @@ impl Kept {
         let mut length = [0; 8];
         record.fill(&mut length)?;
         let head = record.take(u64::from_le_bytes(length))?;
-        let head: Head = serde_json::from_slice(&head).map_err(|error| record.damaged(format!("its head: {error}")))?;
+        let head: Head =
+            serde_json::from_slice(&head).map_err(|error| record.damaged(printable(&format!("its head: {error}"))))?;
         let layer = |name: &String| Layer::ALL.iter().find(|(_, known)| known == name).map(|(layer, _)| *layer);
         let layers: Option<Vec<Layer>> = head.layers.iter().map(layer).collect();
         let layers = layers.ok_or_else(|| record.damaged("it has a layer that is not known"))?;
