@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the fuzzers one after the other for so many minutes each, and prints what they did:
 #   fuzz/run.sh MINUTES [TARGET...]
-# Crashes are left in fuzz/artifacts/TARGET, what was said in fuzz/logs/TARGET.log. It fails where there are crashes.
+# At the lowest priority, unless NICE says otherwise. Crashes are left in fuzz/artifacts/TARGET, what was said in fuzz/logs/TARGET.log. It fails where there are crashes.
 set -euo pipefail
 cd "$(dirname "$0")"
 minutes=${1:?usage: fuzz/run.sh MINUTES [TARGET...]}
@@ -25,7 +25,7 @@ for target in "${targets[@]}"; do
     # Memory is limited as the readers promise, with what the address sanitizer adds; a slow file is a finding.
     while [ $((SECONDS - begun)) -lt "$seconds" ]; do
         before=$SECONDS
-        nice -n 19 "$binaries/$target" -dict="dict/$target.dict" -artifact_prefix="artifacts/$target/" -max_len=16384 \
+        nice -n "${NICE:-19}" "$binaries/$target" -dict="dict/$target.dict" -artifact_prefix="artifacts/$target/" -max_len=16384 \
             -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=512 -max_total_time=$((seconds - SECONDS + begun)) \
             -print_final_stats=1 -close_fd_mask=1 "corpus/$target" >> "$log" 2>&1 || true
         echo "spent: $((SECONDS - before)) s" >> "$log"
@@ -34,7 +34,7 @@ for target in "${targets[@]}"; do
     done
     executions=$(awk '/stat::number_of_executed_units/ { n += $2 } END { print n + 0 }' "$log")
     spent=$(awk '/^spent: / { s += $2 } END { print s + 0 }' "$log")
-    edges=$(grep -o 'cov: [0-9]*' "$log" | tail -n 1 | cut -d ' ' -f 2)
+    edges=$(grep -o "cov: [0-9]*" "$log" | tail -n 1 | cut -d " " -f 2 || true)
     crashes=$(find "artifacts/$target" -type f | wc -l)
     [ "$crashes" = 0 ] || failed=1
     awk -v t="$target" -v n="$executions" -v s="$spent" -v e="${edges:-0}" -v c="$(find "corpus/$target" -type f | wc -l)" \

@@ -43,7 +43,8 @@ pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
     if value_m.is_finite() && value_m >= 0.0 { Ok(value_m) } else { Err(UnitError::Range(text.into())) }
 }
 
-/// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value.
+/// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value where
+/// a number does.
 ///
 /// ```
 /// use mie_cloud::units::{format_in, parse_length_m};
@@ -56,6 +57,21 @@ pub fn format_in(value: f64, per_unit: f64) -> String {
     let rounded = format!("{scaled:.14e}").parse().unwrap_or(scaled);
     let candidates = [rounded, scaled, scaled.next_up(), scaled.next_down()];
     candidates.into_iter().find(|text| text / per_unit == value).unwrap_or(scaled).to_string()
+}
+
+/// Writes a length in a unit, `per_m` of which make a metre, or in metres where no number of that unit is read back as the
+/// same length.
+///
+/// ```
+/// use mie_cloud::units::{format_length, parse_length_m};
+/// assert_eq!(format_length(5.5e-7, "nm", 1e9), "550nm");
+/// assert_eq!(format_length(1.5421e-6, "nm", 1e9), "1.5421e-6m");
+/// assert_eq!(parse_length_m("1.5421e-6m")?, 1.5421e-6);
+/// # Ok::<(), mie_cloud::units::UnitError>(())
+/// ```
+pub fn format_length(length_m: f64, unit: &str, per_m: f64) -> String {
+    let text = format_in(length_m, per_m) + unit;
+    if parse_length_m(&text) == Ok(length_m) { text } else { format!("{length_m:e}m") }
 }
 
 /// Splits `12.5e-3um` into its number and its unit.

@@ -57,9 +57,9 @@ fn check(reader: Reader, bytes: &[u8], folder: &Path) -> Option<String> {
 /// Damaged files per reader, so that each takes a second or less.
 fn count(reader: &str) -> usize {
     match reader {
-        "part" | "recipe" => 150,
+        "part" | "resume" | "recipe" => 150,
         "scene" | "csv" => 1000,
-        "arguments" => 600,
+        "arguments" | "values" => 500,
         _ => 1500,
     }
 }

@@ -5,6 +5,7 @@
 
 mod mutator;
 mod program;
+mod readers;
 mod seeds;
 mod support;
 
@@ -12,6 +13,7 @@ use std::process::{Command, Output, Stdio};
 
 use mutator::Mutator;
 use program::{Bench, text};
+use readers::files::CLOUD;
 
 /// Address space of a child, KiB: the program with one thread, the 64 MiB that any scene may take, and as much for a
 /// picture.
@@ -54,8 +56,7 @@ const READ_BY: [(&str, &str, &[&str]); 4] = [
 #[test]
 fn damaged_files_end_in_a_message_where_memory_is_short() {
     let bench = Bench::new();
-    bench.ok("generate -o c.glb --count 4 --size 2m --optical-depth 1 --distribution mono:r=5um -q --set spectral.mode=mono:550nm \
-         --set droplets.phase=isotropic --set image.resolution=4x3");
+    bench.ok(&format!("generate -o c.glb {}", CLOUD.join(" ")));
     let mut mutator = Mutator::new(11);
     for (kind, file, lines) in READ_BY {
         let seeds = seeds::of(kind, 20_000);

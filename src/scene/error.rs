@@ -8,7 +8,7 @@ use crate::excerpt::printable;
 
 /// A scene could not be read.
 #[derive(Debug, Error)]
-#[error("{}: {}{}", .file.display(), if .element.is_empty() { String::new() } else { format!("{element}: ") }, printable(&.fault.to_string()))]
+#[error("{}: {}{}", .file.display(), if .element.is_empty() { String::new() } else { format!("{}: ", printable(element)) }, printable(&.fault.to_string()))]
 #[non_exhaustive]
 pub struct SceneError {
     /// The file that was read.

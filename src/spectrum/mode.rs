@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::sun::SunSpectrum;
 use crate::suggest::did_you_mean;
-use crate::units::{UnitError, format_in, parse_length_m};
+use crate::units::{UnitError, format_length, parse_length_m};
 
 /// How the picture samples the spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,10 +89,10 @@ fn parse_wavelengths<const N: usize>(mode: &str, list: &str) -> Result<[f64; N],
 
 impl fmt::Display for SpectralMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let nm = |wavelength_m: f64| format_in(wavelength_m, 1e9);
+        let nm = |wavelength_m: f64| format_length(wavelength_m, "nm", 1e9);
         match *self {
-            Self::Mono { wavelength_m } => write!(f, "mono:{}nm", nm(wavelength_m)),
-            Self::Rgb { wavelengths_m: [r, g, b] } => write!(f, "rgb:{}nm,{}nm,{}nm", nm(r), nm(g), nm(b)),
+            Self::Mono { wavelength_m } => write!(f, "mono:{}", nm(wavelength_m)),
+            Self::Rgb { wavelengths_m: [r, g, b] } => write!(f, "rgb:{},{},{}", nm(r), nm(g), nm(b)),
             Self::Bands { count } => write!(f, "bands:{count}"),
         }
     }
@@ -104,9 +104,15 @@ mod tests {
 
     #[test]
     fn modes_are_read_back() {
-        for text in
-            ["mono:550nm", "mono:10.6um", "rgb", "rgb:650nm,550nm,450nm", "rgb:611.3nm,0.5321um,4e-7m", "bands:8"]
-        {
+        for text in [
+            "mono:550nm",
+            "mono:10.6um",
+            "mono:1.5421um",
+            "rgb",
+            "rgb:650nm,550nm,450nm",
+            "rgb:611.3nm,0.5321um,4e-7m",
+            "bands:8",
+        ] {
             let mode: SpectralMode = text.parse().expect(text);
             assert_eq!(mode.to_string().parse(), Ok(mode), "{text}");
         }

@@ -121,5 +121,6 @@ fn read_film(record: &mut Sealed, head: &Head, layers: &[Layer]) -> Result<Film,
         record.fill(bytes)?;
         chunk.iter_mut().zip(bytes.as_chunks::<8>().0).for_each(|(sum, bytes)| *sum = f64::from_le_bytes(*bytes));
     }
-    Film::from_sums(head.width, head.height, layers, head.n_spectral, sums).ok_or_else(|| record.damaged(wrong))
+    let film = Film::from_sums(head.width, head.height, layers, head.n_spectral, sums);
+    film.ok_or_else(|| record.damaged("one of its sums is no number, or no number of samples"))
 }

@@ -64,6 +64,42 @@ fn check_merge(part: &Path, folder: &Path) {
     }
 }
 
+/// A checkpoint, sealed anew, as `render --resume` reads it: the scene and the flags are those of the seeds.
+pub fn resume(bytes: &[u8], folder: &Path) {
+    let file = folder.join("part.exr");
+    std::fs::write(&file, seal(bytes)).expect("written");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let (scene, out, file) = (path("c.glb"), path("resumed.exr"), path("part.exr"));
+    if !Path::new(&scene).exists() {
+        let made = [&["mie-cloud", "generate", "-o", &scene][..], &CLOUD].concat();
+        outcome(made.iter().map(OsString::from)).expect("a cloud");
+    }
+    let flags = ["mie-cloud", "render", &scene, "-o", &out, "--spp", "4", "--no-cache", "--threads", "1", "-q"];
+    if let Err(message) = outcome([&flags, &["--resume", &file][..]].concat().iter().map(OsString::from)) {
+        check_message(&message, "part.exr");
+    }
+}
+
+/// Flags of `generate` for the cloud whose parts and checkpoints are seeds.
+pub const CLOUD: [&str; 16] = [
+    "--count",
+    "4",
+    "--size",
+    "2m",
+    "--optical-depth",
+    "1",
+    "--distribution",
+    "mono:r=5um",
+    "--set",
+    "spectral.mode=mono:550nm",
+    "--set",
+    "droplets.phase=isotropic",
+    "--set",
+    "image.resolution=4x3",
+    "--seed=1",
+    "-q",
+];
+
 /// The content of an entry of the table cache behind its key.
 pub fn table(bytes: &[u8], folder: &Path) {
     let (cache, key) = (TableCache::new(&folder.join("tables")), CacheKey::new("fuzz"));

@@ -16,12 +16,13 @@ use std::path::Path;
 pub type Reader = fn(&[u8], &Path);
 
 /// Every reader, by the name of its fuzzer and of its folders of seeds and kept files.
-pub const READERS: [(&str, Reader); 10] = [
+pub const READERS: [(&str, Reader); 11] = [
     ("scene", scenes::scene),
     ("settings", scenes::settings),
     ("exr", pictures::exr),
     ("diff", pictures::diff),
     ("part", files::part),
+    ("resume", files::resume),
     ("table", files::table),
     ("csv", tables::csv),
     ("values", words::values),

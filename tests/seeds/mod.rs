@@ -10,6 +10,7 @@ use ::exr::prelude::{
 use mie_cloud::image::{Attribute, Picture, exr};
 
 use crate::program::Bench;
+use crate::readers::files::CLOUD;
 
 /// A file and where it comes from.
 pub struct Seed {
@@ -33,7 +34,7 @@ pub fn of(reader: &str, most_bytes: usize) -> Vec<Seed> {
         "scene" => scenes(),
         "exr" => pictures(),
         "diff" => pairs(),
-        "part" => parts(),
+        "part" | "resume" => parts(),
         "table" => tables(),
         _ => files("tests/data/seeds", reader),
     };
@@ -136,8 +137,7 @@ fn pairs() -> Vec<Seed> {
 /// Parts and a checkpoint of a small render.
 fn parts() -> Vec<Seed> {
     let bench = Bench::new();
-    bench.ok("generate -o c.glb --count 4 --size 2m --optical-depth 1 --distribution mono:r=5um -q --set spectral.mode=mono:550nm \
-         --set droplets.phase=isotropic --set image.resolution=4x3");
+    bench.ok(&format!("generate -o c.glb {}", CLOUD.join(" ")));
     bench.ok("render c.glb -o a.exr --samples 0..4 -q");
     bench.ok("render c.glb -o b.exr --samples 4..12 --spectral --aov all -q");
     bench.ok("render c.glb -o whole.exr --spp 4 --checkpoint c.kept -q");
