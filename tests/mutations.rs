@@ -58,7 +58,8 @@ fn check(reader: Reader, bytes: &[u8], folder: &Path) -> Option<String> {
 fn count(reader: &str) -> usize {
     match reader {
         "part" | "resume" | "recipe" => 150,
-        "scene" | "csv" => 1000,
+        "scene" => 1000,
+        "csv" | "exr" => 4000,
         "arguments" | "values" => 500,
         _ => 1500,
     }

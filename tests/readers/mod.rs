@@ -4,6 +4,8 @@
 //! The promises: no panic; an error is short, printable and names its file; what is accepted is finite, in range, and no
 //! larger than the bytes can justify.
 
+#![allow(dead_code, reason = "each test binary and each fuzzer uses a part")]
+
 pub mod files;
 pub mod pictures;
 pub mod scenes;

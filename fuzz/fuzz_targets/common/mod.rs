@@ -1,7 +1,6 @@
 //! Feeds a reader in a folder of the process's own.
 
 #[path = "../../../tests/readers/mod.rs"]
-#[allow(dead_code, reason = "each target uses a part")]
 pub mod readers;
 
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
