@@ -60,7 +60,17 @@ fn read_table(file: &str, read: ReadText) -> Result<Shape, DistributionError> {
         r_m.push(radius_m);
         dn_dr.push(value);
     }
+    scale(&mut dn_dr);
     Ok(Shape::Table { name: file.into(), r_m: Arc::from(r_m), dn_dr: Arc::from(dn_dr) })
+}
+
+/// Divides by the power of two below the largest value, which is exact: only ratios count, and sums cannot overflow.
+fn scale(dn_dr: &mut [f64]) {
+    let largest = dn_dr.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        let unit = largest.log2().floor().exp2();
+        dn_dr.iter_mut().for_each(|value| *value /= unit);
+    }
 }
 
 /// The `key=value` pairs of one distribution.

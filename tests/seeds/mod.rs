@@ -34,7 +34,8 @@ pub fn of(reader: &str, most_bytes: usize) -> Vec<Seed> {
         "scene" => scenes(),
         "exr" => pictures(),
         "diff" => pairs(),
-        "part" | "resume" => parts(),
+        "part" => parts(),
+        "resume" => [parts(), files("tests/data/seeds", reader)].into_iter().flatten().collect(),
         "table" => tables(),
         _ => files("tests/data/seeds", reader),
     };
