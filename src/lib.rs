@@ -8,6 +8,7 @@
 
 pub mod accel;
 pub mod cli;
+pub mod excerpt;
 pub mod film;
 pub mod image;
 pub mod mie;

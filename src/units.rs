@@ -37,11 +37,10 @@ pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
         .find(|(name, _)| *name == unit)
         .map(|(_, scale)| *scale)
         .ok_or(UnitError::Unit { text: text.into(), expected: "nm, um, mm, m, km" })?;
-    if !(value.is_finite() && value >= 0.0) {
-        return Err(UnitError::Range(text.into()));
-    }
     // Dividing by an exact power of ten rounds once; 5um is 5e-6, not 4.9999999999999996e-6.
-    Ok(if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale })
+    let value_m = if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
+    // Kilometres can overflow.
+    if value_m.is_finite() && value_m >= 0.0 { Ok(value_m) } else { Err(UnitError::Range(text.into())) }
 }
 
 const SIZES: [(&str, f64); 9] = [
@@ -138,7 +137,8 @@ pub fn parse_time_s(text: &str) -> Result<f64, UnitError> {
     if sum_s <= MAX_SECONDS { Ok(sum_s) } else { Err(UnitError::Range(text.into())) }
 }
 
-/// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value.
+/// Writes a value in a smaller unit, `per_unit` of which make one, so that reading it back gives the same value where
+/// a number does.
 ///
 /// ```
 /// use mie_cloud::units::{format_in, parse_length_m};
@@ -151,6 +151,21 @@ pub fn format_in(value: f64, per_unit: f64) -> String {
     let rounded = format!("{scaled:.14e}").parse().unwrap_or(scaled);
     let candidates = [rounded, scaled, scaled.next_up(), scaled.next_down()];
     candidates.into_iter().find(|text| text / per_unit == value).unwrap_or(scaled).to_string()
+}
+
+/// Writes a length in a unit, `per_m` of which make a metre, or in metres where no number of that unit is read back as the
+/// same length.
+///
+/// ```
+/// use mie_cloud::units::{format_length, parse_length_m};
+/// assert_eq!(format_length(5.5e-7, "nm", 1e9), "550nm");
+/// assert_eq!(format_length(1.5421e-6, "nm", 1e9), "1.5421e-6m");
+/// assert_eq!(parse_length_m("1.5421e-6m")?, 1.5421e-6);
+/// # Ok::<(), mie_cloud::units::UnitError>(())
+/// ```
+pub fn format_length(length_m: f64, unit: &str, per_m: f64) -> String {
+    let text = format_in(length_m, per_m) + unit;
+    if parse_length_m(&text) == Ok(length_m) { text } else { format!("{length_m:e}m") }
 }
 
 /// Splits `12.5e-3um` into its number and its unit.
@@ -180,6 +195,7 @@ mod tests {
         assert_eq!(parse_length_m("2km"), Ok(2000.0));
         assert!(matches!(parse_length_m("5"), Err(UnitError::Unit { .. })));
         assert!(matches!(parse_length_m("-5um"), Err(UnitError::Range(_))));
+        assert!(matches!(parse_length_m("1e308km"), Err(UnitError::Range(_))));
         assert!(matches!(parse_length_m("um"), Err(UnitError::NotANumber(_))));
     }
 

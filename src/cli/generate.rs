@@ -11,7 +11,7 @@ use super::say::say;
 use super::scene::print_warnings;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::optics::distribution::SizeDistribution;
-use crate::scene::folder::Folder;
+use crate::scene::folder::{Folder, read_typed_text};
 use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, GenerateError, Recipe, View};
 use crate::scene::gltf::write::{Container, write};
 use crate::scene::keys::SETTINGS;
@@ -56,9 +56,9 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
 
 fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
-    let read = |path: &str| std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let distribution =
-        SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
+    let distribution = SizeDistribution::parse(&args.distribution, &read_typed_text)
+        .context("--distribution")
+        .map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {
         (Some(water), _) => Content::LiquidWaterGPerM3(water),
         (_, Some(depth)) => Content::OpticalDepth(depth),

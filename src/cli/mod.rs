@@ -57,6 +57,26 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
+/// What [`run`] would return for the arguments, or say on failure, without its saying it: for tests that feed the commands
+/// damaged files.
+///
+/// # Errors
+/// The text of the failure.
+#[doc(hidden)]
+pub fn outcome(arguments: impl IntoIterator<Item = OsString>) -> Result<u8, String> {
+    let cli = Cli::try_parse_from(arguments).map_err(|error| error.to_string())?;
+    dispatch(cli.command).map_err(|failure| failure.to_string())
+}
+
+/// Reads arguments and does nothing, for tests of what is read.
+///
+/// # Errors
+/// The text of the failure; help and version are among them.
+#[doc(hidden)]
+pub fn understand(arguments: impl IntoIterator<Item = OsString>) -> Result<(), String> {
+    Cli::try_parse_from(arguments).map(drop).map_err(|error| error.to_string())
+}
+
 fn dispatch(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Render(args) => render::run(&args),

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::excerpt::printable;
 use crate::units::format_bytes;
 
 /// A scene could not be read.
 #[derive(Debug, Error)]
-#[error("{}: {}{fault}", .file.display(), if .element.is_empty() { String::new() } else { format!("{element}: ") })]
+#[error("{}: {}{}", .file.display(), if .element.is_empty() { String::new() } else { format!("{}: ", printable(element)) }, printable(&.fault.to_string()))]
 #[non_exhaustive]
 pub struct SceneError {
     /// The file that was read.
@@ -29,6 +30,9 @@ pub enum SceneFault {
     /// The path leads to a folder, a device or a pipe.
     #[error("is not a regular file; give the path of a .gltf or .glb file")]
     NotAFile,
+    /// The file is of another kind.
+    #[error("begins neither like glTF JSON nor like GLB; give the path of a .gltf or .glb file")]
+    NotAScene,
     /// The JSON is broken, or an element does not have the form that glTF 2.0 demands.
     #[error("is not valid glTF 2.0 JSON ({0}); export the file again or mend it there")]
     Json(String),
@@ -124,16 +128,3 @@ impl SceneError {
 
 /// The result of reading a part of a scene.
 pub(crate) type SceneResult<T> = Result<T, SceneError>;
-
-/// Shortens text from a file for a message; control characters are escaped.
-pub(crate) fn excerpt(text: &str) -> String {
-    const MOST: usize = 80;
-    let mut short = String::new();
-    for c in text.chars().take(MOST) {
-        if c.is_control() { short.extend(c.escape_debug()) } else { short.push(c) }
-    }
-    if text.chars().nth(MOST).is_some() {
-        short.push_str("...");
-    }
-    short
-}

@@ -70,6 +70,20 @@ impl Folder {
     }
 }
 
+/// Reads a text file that the user names on a command line: any that can be read, a pipe too, but not without end.
+///
+/// # Errors
+/// A sentence that says why the file cannot be read.
+pub fn read_typed_text(name: &str) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let file = File::open(name).map_err(|e| e.to_string())?;
+    file.take(TEXT_LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    if bytes.len() as u64 > TEXT_LIMIT_BYTES {
+        return Err(format!("it has more than {TEXT_LIMIT_BYTES} bytes, the most that is read"));
+    }
+    String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".into())
+}
+
 fn refusal(problem: impl Into<String>) -> Refusal {
     Refusal { problem: problem.into(), remedy: MOVE_IT }
 }

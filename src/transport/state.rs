@@ -30,7 +30,12 @@ impl RenderState {
     /// Whether a state that was read belongs to this request: `empty` is its beginning.
     pub fn fits(&self, empty: &Self, until: Until) -> bool {
         let shaped = self.films.iter().zip(empty.films.iter().cycle()).all(|(film, empty)| film.has_shape_of(empty));
-        let round_fits = self.round.iter().all(|round| self.films.iter().all(|film| round.targets.fit(film)));
+        let most = match until {
+            Until::Samples(n) => n,
+            Until::Range { first, end } => end.saturating_sub(first),
+            Until::Noise { at_most, .. } => at_most,
+        };
+        let round_fits = self.round.iter().all(|round| self.films.iter().all(|film| round.targets.fit(film, most)));
         shaped && round_fits && (1..=until.runs().len()).contains(&self.films.len())
     }
 

@@ -7,7 +7,8 @@ use std::rc::Rc;
 
 use super::document::{self, Buffer, BufferView, Document};
 use super::uri::{self, Target};
-use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
+use crate::excerpt::excerpt;
+use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::{Folder, read_start};
 
 /// All buffers of a file, loaded when they are first asked for.

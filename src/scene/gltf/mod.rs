@@ -27,6 +27,7 @@ use cameras::Cameras;
 use classes::{Classes, SceneMaterial};
 use document::{Document, label};
 use droplets::{Collector, Flags};
+pub(super) use glb::is_glb;
 use materials::Surfaces;
 use meshes::Meshes;
 use particles::Particles;
@@ -59,7 +60,7 @@ pub(super) struct Parts {
 /// # Errors
 /// When anything in it is broken, out of range or not understood.
 pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> SceneResult<Parts> {
-    let (json, chunk) = if glb::is_glb(file) {
+    let (json, chunk) = if is_glb(file) {
         let glb = glb::split(file).map_err(|fault| SceneError::at("", fault))?;
         (glb.json, glb.bin)
     } else {
@@ -146,6 +147,6 @@ fn settings(scene: &Chosen, folder: &Folder, options: &LoadOptions) -> SceneResu
 /// A pattern that matches nothing is a slip.
 fn unmatched(options: &LoadOptions, matches: u64) -> Option<Warning> {
     let pattern = options.droplets_glob.as_ref().filter(|_| matches == 0)?;
-    let what = format!("--droplets '{}' matches no node", super::error::excerpt(pattern));
+    let what = format!("--droplets '{}' matches no node", crate::excerpt::excerpt(pattern));
     Some(Warning::new(what, "* stands for any text and ? for one character; names are case-sensitive"))
 }
