@@ -4,8 +4,11 @@
 //! forward; phase functions integrate to 1 over the sphere; directions `wo`, `wi` point away from the point.
 //! The data flow one way: `Settings -> Scene -> EffectPlan -> OpticalTables -> Accel -> render -> Film -> image`.
 
+#![forbid(unsafe_code)]
+
 pub mod accel;
 pub mod cli;
+pub mod excerpt;
 pub mod film;
 pub mod image;
 pub mod mie;

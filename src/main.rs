@@ -1,5 +1,7 @@
 //! The program: runs the command line and sets the exit code.
 
+#![forbid(unsafe_code)]
+
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

@@ -231,3 +231,87 @@ fn the_tree_is_the_same_for_any_number_of_threads() {
     assert_eq!(one, order(2));
     assert_eq!(one, order(7));
 }
+
+/// Rationale: what breaks builders: boxes that are all the same, clouds that are flat, thin, dots, as large as numbers go, and chains
+/// in which each is a little smaller. Expected: found as by brute force, in bounded time and at most a node for each.
+#[test]
+fn degenerate_clouds_are_built_and_searched_in_bounded_time() {
+    let n = 30_000;
+    let ball = |center_m: DVec3, radius_m: f64| Placed {
+        center_m,
+        radius_m: radius_m as f32,
+        load: 1.0,
+        bin: 0,
+        kind: BodyKind::Ball,
+    };
+    let of = |f: &dyn Fn(f64) -> (DVec3, f64)| -> Vec<Placed> {
+        (0..n).map(|i| f(f64::from(i) / f64::from(n))).map(|(center_m, r)| ball(center_m, r)).collect()
+    };
+    let square = |t: f64| DVec3::new((t * 173.0).fract(), t, 0.0);
+    let clouds: [(&str, f64, Vec<Placed>); 11] = [
+        ("nearly one box", 1.0, of(&|t| (DVec3::new(1e-12 * t, 0.0, 0.0), 1.0))),
+        ("one axis huge", 1e12, of(&|t| (DVec3::new(1e12 * t, t, -t), 0.5))),
+        ("one axis huge, large balls", 1e12, of(&|t| (DVec3::new(1e12 * t, t, -t), 1e8))),
+        ("a sheet", 1.0, of(&|t| (square(t), 0.01))),
+        ("a thread", 1.0, of(&|t| (DVec3::new(t, 1e-9 * t, 0.0), 1e-6))),
+        ("as large as it goes", 1e30, of(&|t| (1e30 * DVec3::new(t, (t * 31.0).fract(), (t * 173.0).fract()), 1e28))),
+        ("as far as it goes", 1e30, of(&|t| (DVec3::splat(1e30) + t, 1.0))),
+        ("as small as it goes", 1e-30, of(&|t| (1e-30 * square(t), 1e-32))),
+        ("a chain to nothing", 1.0, of(&|t| (DVec3::new(f64::exp2(-900.0 * t), 0.0, 0.0), f64::exp2(-100.0 * t)))),
+        ("one giant among dwarfs", 1e6, of(&|t| (square(t), if t == 0.0 { 1e6 } else { 1e-4 }))),
+        ("powers of ten", 1e6, of(&|t| (f64::powf(10.0, 12.0 * t - 6.0) * DVec3::new(1.0, -1.0, 0.5), 1e-3))),
+    ];
+    for (name, scale, particles) in clouds {
+        let start = std::time::Instant::now();
+        let accel = Accel::build(particles.clone(), &[]);
+        assert!(accel.tree_bytes() <= 64 * particles.len(), "{name}: {} bytes of tree", accel.tree_bytes());
+        assert!(start.elapsed().as_secs() < 20, "{name}: {:?}", start.elapsed());
+        let middle = particles[particles.len() / 2].center_m;
+        for direction in [DVec3::X, DVec3::new(0.3, -0.8, 0.52).normalize(), DVec3::NEG_Z] {
+            // From beyond the cloud, through a ball's middle.
+            let origin_m = middle - direction * 3.0 * scale;
+            let ray = accel.local_ray(origin_m, direction);
+            let mut met = Vec::new();
+            accel.all(&ray, 0.0, f64::INFINITY, |body, _| met.push(body.load));
+            let expected = brute_force(&particles, &[], origin_m, direction).len() as f64;
+            // A ray whose origin is rounded may pass what it only just touches.
+            let found: f64 = met.iter().map(|load| f64::from(*load)).sum();
+            assert!((found - expected).abs() <= 2.0 + 1e-3 * expected, "{name}: {found} of {expected}");
+            assert!(accel.closest(&ray, 0.0, None, |_, crossing| Some(crossing.end())).is_some() || found == 0.0);
+        }
+    }
+}
+
+/// Dots without any size, boxes that are all the same, and boxes as thin as numbers go.
+#[test]
+fn dots_and_equal_boxes_are_no_trouble() {
+    let dot = |i: usize| Placed {
+        center_m: DVec3::splat(if i.is_multiple_of(2) { 0.25 } else { 0.0 }),
+        radius_m: 0.0,
+        load: 1.0,
+        bin: 0,
+        kind: BodyKind::Droplet,
+    };
+    for n in [1, 17, 1000] {
+        for dots in [(0..n).map(dot).collect(), vec![dot(0); n]] as [Vec<Placed>; 2] {
+            let accel = Accel::build(dots, &[]);
+            let ray = accel.local_ray(DVec3::splat(0.25) - DVec3::X, DVec3::X);
+            let hit = accel.closest(&ray, 0.0, None, |_, crossing| Some(crossing.start()));
+            assert!(hit.is_none_or(|hit| (hit.t_m - 1.0).abs() < 1e-12), "{hit:?}");
+        }
+    }
+    let start = std::time::Instant::now();
+    for half_m in [DVec3::ONE, DVec3::new(1.0, 1e-12, 1.0), DVec3::splat(1e-9)] {
+        let fog =
+            PlacedBox { center_m: DVec3::ONE, half_edges_m: DMat3::from_diagonal(half_m), number_per_m3: 1.0, bin: 0 };
+        let accel = Accel::build(Vec::new(), &vec![fog; 20_000]);
+        let ray = accel.local_ray(DVec3::new(1.0, 1.0, 9.0), DVec3::NEG_Z);
+        let mut met = 0;
+        accel.all(&ray, 0.0, f64::INFINITY, |_, crossing| {
+            met += 1;
+            assert!((crossing.end() - crossing.start() - 2.0 * half_m.z).abs() < 1e-12);
+        });
+        assert_eq!(met, 20_000, "{half_m}");
+    }
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}

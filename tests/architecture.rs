@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 
 /// Module, and the modules of this crate that it may name.
-const MAY_USE: [(&str, &[&str]); 14] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
+    ("excerpt", &[]),
     ("units", &[]),
     ("suggest", &[]),
     ("warning", &[]),
     ("spectrum", &["units", "suggest"]),
     ("mie", &[]),
-    ("optics", &["mie", "spectrum", "units", "suggest", "warning"]),
-    ("scene", &["units", "optics", "spectrum", "suggest", "warning"]),
+    ("optics", &["excerpt", "mie", "spectrum", "units", "suggest", "warning"]),
+    ("scene", &["excerpt", "units", "optics", "spectrum", "suggest", "warning"]),
     ("plan", &["scene", "optics"]),
     ("accel", &[]),
     ("film", &[]),
     ("image", &[]),
-    ("transport", &["accel", "optics", "plan", "scene", "spectrum", "film", "image", "warning"]),
+    ("transport", &["accel", "excerpt", "optics", "plan", "scene", "spectrum", "film", "image", "warning"]),
     (
         "study",
         &[

@@ -241,3 +241,71 @@ fn generate_checks_the_settings_that_it_writes() {
     assert_says(&said, &["--set", "atmosphere.step", "atmosphere.step_m"]);
     assert!(!bench.path("a.glb").exists());
 }
+
+/// Expected: a file that outgrows `ulimit -f` is an error of its write: named, the old file kept, no half one left.
+#[cfg(target_os = "linux")]
+#[test]
+fn limits_of_files_end_with_1_and_keep_the_old_file() {
+    let bench = Bench::with_cloud();
+    bench.ok("render cloud.glb -o part.exr --samples 0..4 -q --resolution 64x64");
+    let render = "render cloud.glb -q --spp 1 --resolution 64x64";
+    let cases = [
+        (format!("{render} -o a.exr"), "a.exr"),
+        (format!("{render} -o /dev/null --preview a.exr"), "a.exr"),
+        (format!("{render} -o /dev/null --checkpoint a.exr --resume a.exr"), "a.exr"),
+        ("render cloud.glb -q --samples 4..8 --resolution 64x64 -o a.exr".into(), "a.exr"),
+        ("merge part.exr -o a.exr".into(), "a.exr"),
+        ("generate -o a.exr.glb --count 1e5 --size 2m".into(), "a.exr.glb"),
+        ("mie --radius 1um --angles 0:180:0.1 -o a.exr".into(), "a.exr"),
+        ("mie --radius 1um --plot a.exr".into(), "a.exr"),
+    ];
+    bench.ok(&format!("{render} -o first.exr --checkpoint c"));
+    for (line, name) in cases {
+        let old = if line.contains("--checkpoint") { bench.read("c") } else { b"previous".to_vec() };
+        std::fs::write(bench.path(name), &old).expect("written");
+        let before = bench.files();
+        let whole = bench.command(&line);
+        let mut command = std::process::Command::new("sh");
+        // Blocks of 512 bytes.
+        command.args(["-c", "ulimit -f 4 && exec \"$@\"", "sh"]).arg(whole.get_program()).args(whole.get_args());
+        command.current_dir(bench.path(".")).env("XDG_CACHE_HOME", bench.path("cache")).stdin(Stdio::null());
+        let output = command.output().expect("a shell");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{line}: {} {said}", output.status);
+        assert_says(&said, &["error: ", name, "File too large"]);
+        assert!(bench.files() == before, "{line}: {:?}", bench.files().keys());
+    }
+}
+
+/// Times are quantities with units like any other.
+#[test]
+fn times_have_units() {
+    let bench = Bench::with_cloud();
+    for time in ["0.01", "10ms", "0.01s", "1e-2s", "0m10ms"] {
+        bench.ok(&format!("render cloud.glb -o a.exr -q --time-limit {time}"));
+    }
+    for (time, part) in
+        [("5x", "1h30m"), ("0", "above zero"), ("-1s", "non-negative"), ("1e300", "within reason"), ("1h30", "1h30m")]
+    {
+        assert_says(&bench.fails(2, &format!("render cloud.glb -o a.exr --time-limit={time}")), &[part]);
+    }
+    assert_says(&bench.fails(2, "render cloud.glb -o a.exr --checkpoint c --checkpoint-every 1y"), &["1h30m"]);
+}
+
+/// Expected: where Mie theory ends, its limit is named, for one droplet and for many.
+#[test]
+fn droplets_beyond_mie_theory_are_named() {
+    let bench = Bench::new();
+    for line in [
+        "generate -o a.glb --count 10 --kind droplets --size 1km --distribution mono:r=0.1m --optical-depth 0.1",
+        "generate -o a.glb --count 2000 --kind parcels --size 100km --distribution lognormal:rg=50mm,sigma=0.5,rmax=1m",
+        "generate -o a.glb --shape droplet --size 1m --distribution mono:r=1m",
+    ] {
+        let said = bench.fails(2, line);
+        assert_says(&said, &["1e6", "8.754e-2 m", "size parameter", "--distribution"]);
+        assert!(!said.contains("NaN"), "{said}");
+    }
+    bench.ok(
+        "generate -o a.glb --count 10 --size 1km --kind droplets --distribution mono:r=80mm --optical-depth 0.1 -q",
+    );
+}

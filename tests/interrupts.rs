@@ -73,3 +73,57 @@ fn previous_files_survive_an_early_end() {
         assert!(!bench.path("a.png").exists() && !bench.path("a.json").exists());
     }
 }
+
+/// Rationale: one pixel is one tile, which an interrupt lets finish, and whose rounds grow to seconds. Expected: the second
+/// signal ends the program there and then; the previous file is as it was, or the new one whole.
+#[test]
+fn a_second_interrupt_ends_it_at_once() {
+    let mut ended_early = 0;
+    for (first, second) in
+        [(Signal::SIGINT, Signal::SIGINT), (Signal::SIGTERM, Signal::SIGTERM), (Signal::SIGINT, Signal::SIGTERM)]
+    {
+        let bench = Bench::with_cloud();
+        bench.write("a.exr", "previous");
+        let child = start(&bench, &format!("{ENDLESS} --crop 6,4,1,1"));
+        await_samples(&bench);
+        std::thread::sleep(Duration::from_millis(700));
+        send(&child, first);
+        std::thread::sleep(Duration::from_millis(20));
+        send(&child, second);
+        let sent = Instant::now();
+        let output = child.wait_with_output().expect("it ends");
+        assert!(sent.elapsed() < Duration::from_millis(400), "{:?}", sent.elapsed());
+        assert_eq!(output.status.code(), Some(130), "{first} {second}\n{}", text(&output.stderr));
+        if bench.read("a.exr") == b"previous" {
+            ended_early += 1;
+            assert!(!bench.path("a.png").exists() && !bench.path("a.json").exists());
+        } else {
+            assert_eq!(bench.picture("a.exr").n_pixels(), 1);
+        }
+        let left: Vec<String> = bench.files().into_keys().filter(|name| name.contains(".tmp")).collect();
+        assert!(left.len() <= 1, "at most the checkpoint that was being written: {left:?}");
+    }
+    assert!(ended_early >= 2, "a round of a second ends within 20 ms now and then only: {ended_early} of 3");
+}
+
+/// Expected: a checkpoint whose folder vanishes is no reason to lose the render: it is warned about, the picture is
+/// written, and the exit code says that something failed.
+#[test]
+fn a_checkpoint_that_cannot_be_written_any_more_costs_nothing_else() {
+    let bench = Bench::with_cloud();
+    std::fs::create_dir(bench.path("kept")).expect("made");
+    let line = "render cloud.glb -o a.exr --time-limit 1s --checkpoint kept/c --checkpoint-every 50ms";
+    let child = start(&bench, line);
+    let begun = Instant::now();
+    while !bench.path("kept/c").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // A checkpoint may be written at this very moment.
+    while std::fs::remove_dir_all(bench.path("kept")).is_err() {}
+    let output = child.wait_with_output().expect("it ends");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_says(&said, &["warning: no checkpoint: ", "kept", "error: --checkpoint: "]);
+    assert_eq!(bench.picture("a.exr").n_pixels(), 96);
+}

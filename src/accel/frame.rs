@@ -28,7 +28,8 @@ impl CloudFrame {
     /// The frame of a cloud with the given world bounds.
     pub fn new(min_m: DVec3, max_m: DVec3) -> Self {
         let origin_m = 0.5 * (min_m + max_m);
-        let extent_m = (max_m - min_m).max_element().max(f64::MIN_POSITIVE);
+        // A cloud without any extent must not be scaled by infinity.
+        let extent_m = (max_m - min_m).max_element().max(TREE_EXTENT * f64::MIN_POSITIVE);
         Self { origin_m, tree_per_m: TREE_EXTENT / extent_m, min: min_m - origin_m, max: max_m - origin_m }
     }
 

@@ -62,7 +62,8 @@ fn permute(bodies: &mut [Body], keys: &mut [(u64, u32)]) {
 
 /// Place of a centre on the Morton curve through the cells on which centres coincide.
 pub(super) fn morton_key(center: DVec3, min: DVec3, max: DVec3) -> u64 {
-    let cells_per_m = f64::from(1u32 << BITS) / (max - min).max_element().max(f64::MIN_POSITIVE);
+    let cells_per_m =
+        f64::from(1u32 << BITS) / (max - min).max_element().max(f64::from(1u32 << BITS) * f64::MIN_POSITIVE);
     morton((center - min) * cells_per_m)
 }
 

@@ -10,8 +10,8 @@ use super::help;
 use super::manual::{CompletionsArgs, ManArgs};
 use super::mie::args::MieArgs;
 use super::values::{
-    length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_nonnegative, parse_positive,
-    parse_resolution, parse_samples, parse_share,
+    length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_memory, parse_nonnegative,
+    parse_resolution, parse_samples, parse_share, parse_time,
 };
 
 /// Renders clouds of droplets with true Lorenz-Mie scattering.
@@ -115,6 +115,9 @@ pub struct SceneArgs {
     /// simulates what can change the picture by a tenth of the accuracy target; `mie-cloud inspect` shows the choice and its reasons.
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, help_heading = "Scene")]
     pub effects: Option<String>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -166,8 +169,8 @@ pub struct RenderArgs {
     /// 0.05 is visibly noisy, 0.02 is clean, 0.005 a reference.
     #[arg(long, value_name = "E", conflicts_with = "accuracy", allow_negative_numbers = true, value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
-    /// Stops after this many seconds (the picture then depends on the machine)
-    #[arg(long, value_name = "SECONDS", value_parser = parse_positive, help_heading = "Sampling")]
+    /// Stops after this time: 90s, 3m, 1h30m, or seconds (the picture then depends on the machine)
+    #[arg(long, value_name = "TIME", value_parser = parse_time, help_heading = "Sampling")]
     pub time_limit: Option<f64>,
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
     ///
@@ -188,8 +191,8 @@ pub struct RenderArgs {
     /// Keeps all sums in this file, every minute and at the end, to go on from with --resume
     #[arg(long, value_name = "FILE", help_heading = "Running")]
     pub checkpoint: Option<PathBuf>,
-    /// Seconds from one checkpoint to the next
-    #[arg(hide_short_help = true, long, value_name = "SECONDS", default_value = "60", requires = "checkpoint", value_parser = parse_positive, help_heading = "Running")]
+    /// Time from one checkpoint to the next: 30s, 10m, or seconds
+    #[arg(hide_short_help = true, long, value_name = "TIME", default_value = "60s", requires = "checkpoint", value_parser = parse_time, help_heading = "Running")]
     pub checkpoint_every: f64,
     /// Goes on from a checkpoint of the same scene and flags, to the same picture as without interruption
     #[arg(long, value_name = "FILE", help_heading = "Running")]
@@ -249,6 +252,9 @@ pub struct BenchParticlesArgs {
     /// Writes the table as CSV
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]

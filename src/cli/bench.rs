@@ -4,18 +4,18 @@ use std::io::Write;
 
 use super::args::BenchParticlesArgs;
 use super::failure::Failure;
+use super::memory::MemoryLimit;
 use super::say::say;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::study::particles::{Row, Setup, columns, measure, median};
-
-/// Bytes that one droplet takes at the peak of a run, measured: positions, radii, the file, bodies and tree being built.
-const PEAK_BYTES_PER_PARTICLE: u64 = 600;
+use crate::transport::need::Need;
 
 /// Runs `bench particles`.
 pub fn particles(args: &BenchParticlesArgs) -> Result<u8, Failure> {
     if let Some(path) = &args.csv {
         check_writable(path, Existing::Replace).map_err(Failure::other)?;
     }
+    check_memory(args)?;
     let folder = std::env::temp_dir().join(format!("mie-cloud-bench-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(Failure::other)?;
     let rows = measure_all(args, &folder);
@@ -38,16 +38,6 @@ fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Ve
     );
     let mut rows = Vec::new();
     for &count in &args.counts {
-        if let Some(free) =
-            available_memory_bytes().filter(|free| count.saturating_mul(PEAK_BYTES_PER_PARTICLE) > *free)
-        {
-            say!(
-                "{count} particles: skipped, they need about {} MiB and {} MiB are free",
-                (count * PEAK_BYTES_PER_PARTICLE) >> 20,
-                free >> 20
-            );
-            continue;
-        }
         let runs = (0..args.repeat).map(|_| measure(count, &setup, folder)).collect::<Result<Vec<_>, _>>();
         let Some(row) = median(runs.map_err(Failure::other)?) else { continue };
         print_row(&row, rows.is_empty()).map_err(Failure::other)?;
@@ -56,11 +46,18 @@ fn measure_all(args: &BenchParticlesArgs, folder: &std::path::Path) -> Result<Ve
     Ok(rows)
 }
 
-/// Memory that can be had without swapping, where the system tells.
-fn available_memory_bytes() -> Option<u64> {
-    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| kib * 1024)
+/// Refuses counts that do not fit before the first is measured, which may take long.
+fn check_memory(args: &BenchParticlesArgs) -> Result<(), Failure> {
+    let Some(largest) = args.counts.iter().max() else { return Ok(()) };
+    /// Tables of the droplets' sizes, the picture and the program (measured: 60 MB).
+    const FIXED_BYTES: u64 = 96 << 20;
+    /// The file is read before the droplets in it are, and dropped later.
+    const FILE_BYTES_EACH: u64 = 24;
+    let mut need = Need::default();
+    need.add_particles(format!("{largest} droplets"), *largest, rayon::current_num_threads() as u64);
+    need.add("the file that they are read from", largest.saturating_mul(FILE_BYTES_EACH), "lower --counts");
+    need.add("tables and picture", FIXED_BYTES, "lower --counts");
+    MemoryLimit::new(args.memory_limit).check(&need)
 }
 
 fn print_row(row: &Row, first: bool) -> std::io::Result<()> {

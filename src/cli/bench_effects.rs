@@ -7,13 +7,17 @@ use serde::Serialize;
 
 use super::bench_args::MeasureArgs;
 use super::failure::Failure;
+use super::memory::MemoryLimit;
 use super::progress::Verbosity;
 use super::render::{cache_folder, in_thread_pool};
 use super::scene::{load_scene, print_warnings};
 use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::spectrum::SpectralSampling;
 use crate::study::difference::Difference;
 use crate::study::effects::{Report, Row, Setup, measure};
 use crate::study::trial::Trial;
+use crate::transport::need::{Held, Need};
+use crate::transport::{RenderRequest, Spectral, Until};
 
 /// Runs `bench effects`.
 pub fn run(args: &MeasureArgs) -> Result<u8, Failure> {
@@ -51,7 +55,31 @@ pub fn trial(args: &MeasureArgs) -> Result<Trial, Failure> {
     if args.accuracy.is_some() {
         scene.settings.accuracy.target = args.accuracy;
     }
-    Ok(Trial::new(scene, effects))
+    let trial = Trial::new(scene, effects);
+    MemoryLimit::new(args.scene.memory_limit).check(&trial_need(&trial, args))?;
+    Ok(trial)
+}
+
+/// A render with a copy of the scene beside it, and the pictures that are compared.
+fn trial_need(trial: &Trial, args: &MeasureArgs) -> Need {
+    /// Reference, sums of squares, and two pictures of the setting that is measured, of three numbers a pixel.
+    const PICTURES: u64 = 8;
+    let [width, height] = args.resolution;
+    let request = RenderRequest {
+        seed: args.seed,
+        until: Until::Samples(args.spp),
+        crop: [0, 0, width, height],
+        layers: Vec::new(),
+        spectral: Spectral::Discard,
+    };
+    let sampling = SpectralSampling::new(trial.mode(), trial.scene.settings.sun.spectrum);
+    let held = Held { n_channels: 0, n_copies: 1, n_threads: rayon::current_num_threads() };
+    let mut need = Need::of_render(&trial.scene, &trial.plan(), &sampling, &request, held);
+    let copy = (size_of_val(&trial.scene.particles[..]) + size_of_val(&trial.scene.fog_boxes[..])) as u64;
+    need.add("a copy of the scene", copy, "use fewer droplets, or parcels that stand for many");
+    let pictures = u64::from(width) * u64::from(height) * 24 * PICTURES;
+    need.add("pictures to compare", pictures, "lower --resolution");
+    need
 }
 
 /// Outputs are checked before any work is done.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::excerpt::printable;
+
 /// Exit code for everything that is neither the user's flags nor the scene.
 pub const FAILURE: u8 = 1;
 /// Exit code for flags that do not make sense.
@@ -61,6 +63,6 @@ impl fmt::Display for Failure {
             }
             said.push_str(&text);
         }
-        f.write_str(&said)
+        f.write_str(&printable(&said))
     }
 }

@@ -5,13 +5,14 @@ use serde_json::{Map, Value};
 
 use super::failure::Failure;
 use super::generate_args::{FormName, GenerateArgs, KindName};
+use super::memory::MemoryLimit;
 use super::progress::Verbosity;
 use super::say::say;
 use super::scene::print_warnings;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::optics::distribution::SizeDistribution;
-use crate::scene::folder::Folder;
-use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, Recipe, View};
+use crate::scene::folder::{Folder, read_typed_text};
+use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, GenerateError, Recipe, View};
 use crate::scene::gltf::write::{Container, write};
 use crate::scene::keys::SETTINGS;
 use crate::scene::model::ParticleKind;
@@ -27,7 +28,10 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
     let container = Container::from_name(&name).map_err(Failure::usage)?;
     check_writable(&args.output, existing).map_err(Failure::other)?;
     let recipe = recipe(args)?;
-    let cloud = make_cloud(&recipe).map_err(Failure::usage)?;
+    let cloud = make_cloud(&recipe).map_err(|error| match error {
+        GenerateError::Memory { .. } => Failure::other(error),
+        _ => Failure::usage(error),
+    })?;
     print_warnings(&cloud.warnings, verbosity);
     write_atomically(&args.output, existing, |out| write(&cloud, container, out).map_err(std::io::Error::other))
         .map_err(Failure::other)?;
@@ -52,9 +56,9 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
 
 fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
-    let read = |path: &str| Folder::User.read_text(path);
-    let distribution =
-        SizeDistribution::parse(&args.distribution, &read).context("--distribution").map_err(Failure::usage)?;
+    let distribution = SizeDistribution::parse(&args.distribution, &read_typed_text)
+        .context("--distribution")
+        .map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {
         (Some(water), _) => Content::LiquidWaterGPerM3(water),
         (_, Some(depth)) => Content::OpticalDepth(depth),
@@ -85,6 +89,7 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
             ..defaults.view
         },
         settings: settings(args)?,
+        memory_limit_bytes: MemoryLimit::new(args.memory_limit).bytes(),
         ..defaults
     })
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 
-use super::values::{length, parse_count, parse_key_value, parse_point, parse_positive, parse_water};
+use super::values::{length, parse_count, parse_key_value, parse_memory, parse_point, parse_positive, parse_water};
 use crate::scene::generate::CloudShape;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -64,6 +64,9 @@ pub struct GenerateArgs {
     /// Seed of the random numbers
     #[arg(hide_short_help = true, long, value_name = "N", default_value_t = 0, help_heading = "Cloud")]
     pub seed: u64,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(hide_short_help = true, long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Output")]
+    pub memory_limit: Option<u64>,
     /// Height of the sun above the horizon, degrees [default: 25; cumulus 40]
     #[arg(hide_short_help = true, long, value_name = "DEG", allow_negative_numbers = true, help_heading = "View")]
     pub sun_elevation: Option<f64>,

@@ -11,6 +11,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::output::Recipe;
 use crate::film::Layer;
+use crate::image::exr::Limits;
 use crate::plan::EffectPlan;
 use crate::scene::model::Scene;
 use crate::scene::settings::Effect;
@@ -79,7 +80,9 @@ fn until(until: Until) -> String {
 /// A scene's hash knows only the name of its background; here its content counts.
 fn hash_of(path: &Path) -> anyhow::Result<String> {
     let read = || -> std::io::Result<Xxh3> {
-        let (mut file, mut hash, mut buffer) = (File::open(path)?, Xxh3::new(), vec![0; 1 << 16]);
+        // More is not read of a picture either: a longer file is refused where it is used.
+        let file = File::open(path)?.take(Limits::default().file_bytes);
+        let (mut file, mut hash, mut buffer) = (file, Xxh3::new(), vec![0; 1 << 16]);
         loop {
             match file.read(&mut buffer)? {
                 0 => return Ok(hash),

@@ -13,6 +13,9 @@ use super::scene::{load_scene, print_warnings};
 use crate::plan::{self, EffectPlan, SceneFacts};
 use crate::scene::model::{Lens, ParticleKind, Scene};
 use crate::spectrum::SpectralSampling;
+use crate::transport::need::{Held, Need};
+use crate::transport::{RenderRequest, Spectral, Until};
+use crate::units::format_bytes;
 
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
@@ -22,14 +25,46 @@ pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     let facts = SceneFacts::of(&scene);
+    let need = need(&scene, &plan, &sampling);
     if args.json {
-        let json = to_json(&scene, &plan, &facts, &sampling);
+        let mut json = to_json(&scene, &plan, &facts, &sampling);
+        json["memory_bytes"] = memory_json(&need);
         writeln!(std::io::stdout().lock(), "{json:#}").map_err(Failure::other)?;
     } else {
         print_warnings(&scene.warnings, Verbosity::Normal);
-        print(&scene, &plan, &facts, &sampling).map_err(Failure::other)?;
+        print(&scene, &plan, &facts, &sampling).and_then(|()| print_memory(&need)).map_err(Failure::other)?;
     }
     Ok(0)
+}
+
+/// The memory of a plain render of the scene.
+fn need(scene: &Scene, plan: &EffectPlan, sampling: &SpectralSampling) -> Need {
+    let [width, height] = scene.settings.image.resolution;
+    let request = RenderRequest {
+        seed: 0,
+        until: Until::Samples(1),
+        crop: [0, 0, width, height],
+        layers: Vec::new(),
+        spectral: Spectral::Discard,
+    };
+    let held = Held { n_channels: 4, n_copies: 1, n_threads: rayon::current_num_threads() };
+    Need::of_render(scene, plan, sampling, &request, held)
+}
+
+fn print_memory(need: &Need) -> std::io::Result<()> {
+    let parts: Vec<String> =
+        need.items.iter().take(3).map(|item| format!("{} for {}", format_bytes(item.bytes), item.what)).collect();
+    writeln!(
+        std::io::stdout().lock(),
+        "memory      about {} to render: {}",
+        format_bytes(need.total()),
+        parts.join(", ")
+    )
+}
+
+fn memory_json(need: &Need) -> Value {
+    let parts: Vec<Value> = need.items.iter().map(|item| json!({ "what": item.what, "bytes": item.bytes })).collect();
+    json!({ "total": need.total(), "parts": parts })
 }
 
 fn count(scene: &Scene, kind: ParticleKind) -> usize {

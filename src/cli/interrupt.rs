@@ -4,10 +4,19 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+#[cfg(unix)]
+use signal_hook::consts::signal::SIGXFSZ;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use super::failure::INTERRUPTED;
+
+/// Lets a file that outgrows `ulimit -f` be an error of its write, with a message and the old file kept, and not the end.
+pub fn outlive_limits_of_files() {
+    // Where the system does not let the program listen, it ends as it would have.
+    #[cfg(unix)]
+    let _ = register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+}
 
 /// Hears Ctrl-C and SIGTERM from when it is made; until then they end the program.
 pub struct Interrupts {

@@ -17,6 +17,7 @@ mod inspect;
 mod interrupt;
 mod limits;
 mod manual;
+mod memory;
 mod merge;
 mod mie;
 mod output;
@@ -49,6 +50,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
         }
     };
+    interrupt::outlive_limits_of_files();
     match dispatch(cli.command) {
         Ok(code) => ExitCode::from(code),
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
@@ -59,19 +61,45 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
+/// What [`run`] would return for the arguments, or say on failure, without its saying it: for tests that feed the commands
+/// damaged files.
+///
+/// # Errors
+/// The text of the failure.
+#[doc(hidden)]
+pub fn outcome(arguments: impl IntoIterator<Item = OsString>) -> Result<u8, String> {
+    let cli = Cli::try_parse_from(arguments).map_err(|error| error.to_string())?;
+    dispatch(cli.command).map_err(|failure| failure.to_string())
+}
+
+/// Reads arguments and does nothing, for tests of what is read.
+///
+/// # Errors
+/// The text of the failure; help and version are among them.
+#[doc(hidden)]
+pub fn understand(arguments: impl IntoIterator<Item = OsString>) -> Result<(), String> {
+    Cli::try_parse_from(arguments).map(drop).map_err(|error| error.to_string())
+}
+
 fn dispatch(command: Command) -> Result<u8, Failure> {
     match command {
         Command::Render(args) => render::run(&args),
-        Command::Generate(args) => generate::run(&args),
-        Command::Mie(args) => mie::run(&args),
-        Command::Inspect(args) => inspect::run(&args),
-        Command::Bench(BenchCommand::Particles(args)) => bench::particles(&args),
+        Command::Generate(args) => with_threads(|| generate::run(&args)),
+        Command::Mie(args) => with_threads(|| mie::run(&args)),
+        Command::Inspect(args) => with_threads(|| inspect::run(&args)),
+        Command::Bench(BenchCommand::Particles(args)) => with_threads(|| bench::particles(&args)),
         Command::Bench(BenchCommand::Effects(args)) => bench_effects::run(&args),
         Command::Bench(BenchCommand::Accuracy(args)) => bench_accuracy::run(&args),
-        Command::Diff(args) => diff::run(&args),
-        Command::Merge(args) => merge::run(&args),
+        Command::Diff(args) => with_threads(|| diff::run(&args)),
+        Command::Merge(args) => with_threads(|| merge::run(&args)),
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     }
+}
+
+/// Runs a command that does not choose its threads: if they cannot be started that is an error here, and would be a panic where
+/// they are first needed.
+fn with_threads(work: impl FnOnce() -> Result<u8, Failure> + Send) -> Result<u8, Failure> {
+    render::in_thread_pool(None, work)?
 }

@@ -98,7 +98,7 @@ impl Recipe {
         let attributes = [
             ("software", format!("mie-cloud {}", env!("CARGO_PKG_VERSION"))),
             ("mieCloud:version", env!("CARGO_PKG_VERSION").into()),
-            ("mieCloud:scene", scene.name.clone()),
+            ("mieCloud:scene", file_name(&scene.name)),
             ("mieCloud:sceneHash", scene.hash.clone()),
             ("mieCloud:settings", scene.settings.to_json().to_string()),
             ("mieCloud:spectralMode", sampling.mode().to_string()),
@@ -119,6 +119,11 @@ impl Recipe {
             wavelengths_nm: kept.iter().map(|m| m * 1e9).collect(),
         }
     }
+}
+
+/// The name of the scene's file without its folder: each machine keeps it elsewhere, and the picture must not tell.
+fn file_name(scene: &str) -> String {
+    Path::new(scene).file_name().map_or_else(|| scene.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// File names that promise another format than the one that is written.

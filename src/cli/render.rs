@@ -11,6 +11,7 @@ use super::failure::{Failure, INTERRUPTED};
 use super::identity::{About, identity};
 use super::interrupt::Interrupts;
 use super::limits::{Stopwatch, peak_rss_bytes};
+use super::memory::MemoryLimit;
 use super::output::{self, Recipe, Wishes};
 use super::previews::Previews;
 use super::progress::{Busy, Kept, Shown, Verbosity};
@@ -24,6 +25,7 @@ use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::study::trial::STANDARD_TARGET;
+use crate::transport::need::{Held, Need};
 use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stage, Until, go_on};
 use crate::warning::Warning;
 
@@ -41,7 +43,10 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
 /// Runs `work` in a thread pool of the given size.
 pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
-    Ok(pool.context("cannot start threads; try --threads 1").map_err(Failure::other)?.install(work))
+    Ok(pool
+        .context("cannot start threads; end other programs, or try --threads 1")
+        .map_err(Failure::other)?
+        .install(work))
 }
 
 fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
@@ -54,6 +59,8 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     drop(busy);
     seconds.load = watch.lap();
     print_warnings(&scene.warnings, job.verbosity);
+    let need = Need::of_render(&scene, &job.plan, &job.sampling, &job.request, held(args, &job.request));
+    MemoryLimit::new(args.scene.memory_limit).check(&need)?;
     let prepared = prepare(args, scene, &job, &mut watch, &mut seconds)?;
     say_plan(&job.plan, job.verbosity);
 
@@ -96,6 +103,18 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         say_interrupted(args, outcome.samples);
     }
     Ok(if interrupted { INTERRUPTED } else { 0 })
+}
+
+/// What is in memory beside one film and its picture.
+fn held(args: &RenderArgs, request: &RenderRequest) -> Held {
+    let wanted = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_or(0, |wishes| wishes.wanted.len());
+    let is_part = matches!(request.until, Until::Range { .. });
+    Held {
+        // R, G, B, A, and at most three for each that is asked for.
+        n_channels: 4 + 3 * wanted,
+        n_copies: 1 + u64::from(args.resume.is_some()) + u64::from(is_part),
+        n_threads: rayon::current_num_threads(),
+    }
 }
 
 /// What was saved, and how to go on from it.

@@ -3,11 +3,23 @@
 use num_complex::Complex64;
 
 use crate::film::{block_of, is_whole};
-use crate::units::parse_length_m;
+use crate::units::{parse_bytes, parse_length_m, parse_time_s};
 
 pub fn length(text: &str) -> Result<f64, String> {
     let value = parse_length_m(text).map_err(|e| e.to_string())?;
     if value > 0.0 { Ok(value) } else { Err("a length above zero is needed".into()) }
+}
+
+/// A length of time above zero, s.
+pub fn parse_time(text: &str) -> Result<f64, String> {
+    let seconds = parse_time_s(text).map_err(|e| e.to_string())?;
+    if seconds > 0.0 { Ok(seconds) } else { Err("a time above zero is needed".into()) }
+}
+
+/// An amount of memory above zero, bytes.
+pub fn parse_memory(text: &str) -> Result<u64, String> {
+    let bytes = parse_bytes(text).map_err(|e| e.to_string())?;
+    if bytes > 0 { Ok(bytes) } else { Err("an amount above zero is needed, e.g. 4GB".into()) }
 }
 
 pub fn parse_key_value(text: &str) -> Result<(String, String), String> {

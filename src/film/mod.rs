@@ -104,11 +104,15 @@ impl Film {
         film
     }
 
-    /// A film of known sums, as `sums` gives them; `None` where their number is wrong.
+    /// A film of known sums, as `sums` gives them; `None` where their number is wrong, one is not finite, or a number of
+    /// samples is none.
     pub fn from_sums(width: u32, height: u32, layers: &[Layer], n_spectral: usize, sums: Vec<f64>) -> Option<Self> {
         let right = Self::n_sums(width, height, layers.len(), n_spectral)? == sums.len() as u64;
         let (width, height) = (width as usize, height as usize);
-        right.then(|| Self { width, height, layers: layers.to_vec(), n_spectral, sums })
+        let film = Self { width, height, layers: layers.to_vec(), n_spectral, sums };
+        let is_count = |n: f64| (0.0..=f64::from(u32::MAX)).contains(&n) && n.fract() == 0.0;
+        let is_sound = |pixel: &[f64]| is_count(pixel[slot::COUNT]) && pixel.iter().all(|sum| sum.is_finite());
+        (right && film.sums.chunks_exact(film.stride()).all(is_sound)).then_some(film)
     }
 
     /// How many numbers a film of this shape consists of; `None` where there are too many to count.

@@ -195,23 +195,20 @@ mod tests {
         out
     }
 
+    /// Products and sums are rounded once on every processor, so that tables are the same wherever they are made.
     #[test]
-    fn instruction_sets_agree_to_rounding() {
+    fn instruction_sets_agree_to_the_last_bit() {
         let theta: Vec<f64> = (0..=90).map(|i| f64::from(i).to_radians()).collect();
         let angles = Angles::new(&theta).unwrap();
         for (x, n, k) in [(0.3, 1.33, 0.0), (40.0, 1.5, 0.01), (400.0, 1.33, 0.0)] {
             let series = Series::new(x, Complex64::new(n, k)).unwrap();
             let want = amplitudes_by(Scalar::new(), &series, &angles);
-            let largest = want.iter().flatten().fold(0.0, |a: f64, v| a.max(v.abs()));
             let others = [
                 V3::try_new().map(|simd| amplitudes_by(simd, &series, &angles)),
                 V4::try_new().map(|simd| amplitudes_by(simd, &series, &angles)),
             ];
             for got in others.into_iter().flatten() {
-                for (got, want) in got.iter().flatten().zip(want.iter().flatten()) {
-                    // Fused and separate roundings drift apart by about eps per order.
-                    assert!((got - want).abs() <= 1e-15 * x.max(10.0) * largest, "{got} {want}");
-                }
+                assert!(got == want, "x = {x}");
             }
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! Legend, theory (16)-(19): `h` = 1 - mu, `pi`, `tau` the angular functions of order n, `d` = pi_n - pi_{n-1},
 //! `t` = d - h pi, `g` = -h pi. Orders are taken in pairs, odd then even, because their parities differ.
+//!
+//! Products are added without rounding in between on every processor, if need be in software: the same bits everywhere.
 
 use pulp::Simd;
 
@@ -55,17 +57,17 @@ impl<V: Copy> Angular<V> {
     /// tau of the current order.
     #[inline(always)]
     fn tau<S: Simd<f64s = V>>(&self, simd: S, n: V) -> V {
-        simd.mul_add_e_f64s(n, self.t, simd.neg_f64s(self.pi_before))
+        simd.mul_add_f64s(n, self.t, simd.neg_f64s(self.pi_before))
     }
 
     /// On to the next order.
     #[inline(always)]
     fn advance<S: Simd<f64s = V>>(&mut self, simd: S, step: V) {
-        let d = simd.mul_add_e_f64s(step, self.t, self.g);
+        let d = simd.mul_add_f64s(step, self.t, self.g);
         self.pi_before = self.pi;
         self.pi = simd.add_f64s(self.pi, d);
-        self.t = simd.mul_add_e_f64s(self.mu, d, self.g);
-        self.g = simd.mul_add_e_f64s(self.minus_h, d, self.g);
+        self.t = simd.mul_add_f64s(self.mu, d, self.g);
+        self.g = simd.mul_add_f64s(self.minus_h, d, self.g);
     }
 }
 
@@ -197,27 +199,27 @@ impl<V: Copy> Split<V> {
     /// Adds an odd order: pi keeps its sign at pi - theta, tau changes it, theory (18).
     #[inline(always)]
     fn add_odd<S: Simd<f64s = V>>(&mut self, simd: S, c: &Coefficients<V>, pi: V, tau: V) {
-        self.s1_even_re = simd.mul_add_e_f64s(c.a_re, pi, self.s1_even_re);
-        self.s1_even_im = simd.mul_add_e_f64s(c.a_im, pi, self.s1_even_im);
-        self.s1_odd_re = simd.mul_add_e_f64s(c.b_re, tau, self.s1_odd_re);
-        self.s1_odd_im = simd.mul_add_e_f64s(c.b_im, tau, self.s1_odd_im);
-        self.s2_even_re = simd.mul_add_e_f64s(c.b_re, pi, self.s2_even_re);
-        self.s2_even_im = simd.mul_add_e_f64s(c.b_im, pi, self.s2_even_im);
-        self.s2_odd_re = simd.mul_add_e_f64s(c.a_re, tau, self.s2_odd_re);
-        self.s2_odd_im = simd.mul_add_e_f64s(c.a_im, tau, self.s2_odd_im);
+        self.s1_even_re = simd.mul_add_f64s(c.a_re, pi, self.s1_even_re);
+        self.s1_even_im = simd.mul_add_f64s(c.a_im, pi, self.s1_even_im);
+        self.s1_odd_re = simd.mul_add_f64s(c.b_re, tau, self.s1_odd_re);
+        self.s1_odd_im = simd.mul_add_f64s(c.b_im, tau, self.s1_odd_im);
+        self.s2_even_re = simd.mul_add_f64s(c.b_re, pi, self.s2_even_re);
+        self.s2_even_im = simd.mul_add_f64s(c.b_im, pi, self.s2_even_im);
+        self.s2_odd_re = simd.mul_add_f64s(c.a_re, tau, self.s2_odd_re);
+        self.s2_odd_im = simd.mul_add_f64s(c.a_im, tau, self.s2_odd_im);
     }
 
     /// Adds an even order: pi changes its sign, tau keeps it.
     #[inline(always)]
     fn add_even<S: Simd<f64s = V>>(&mut self, simd: S, c: &Coefficients<V>, pi: V, tau: V) {
-        self.s1_odd_re = simd.mul_add_e_f64s(c.a_re, pi, self.s1_odd_re);
-        self.s1_odd_im = simd.mul_add_e_f64s(c.a_im, pi, self.s1_odd_im);
-        self.s1_even_re = simd.mul_add_e_f64s(c.b_re, tau, self.s1_even_re);
-        self.s1_even_im = simd.mul_add_e_f64s(c.b_im, tau, self.s1_even_im);
-        self.s2_odd_re = simd.mul_add_e_f64s(c.b_re, pi, self.s2_odd_re);
-        self.s2_odd_im = simd.mul_add_e_f64s(c.b_im, pi, self.s2_odd_im);
-        self.s2_even_re = simd.mul_add_e_f64s(c.a_re, tau, self.s2_even_re);
-        self.s2_even_im = simd.mul_add_e_f64s(c.a_im, tau, self.s2_even_im);
+        self.s1_odd_re = simd.mul_add_f64s(c.a_re, pi, self.s1_odd_re);
+        self.s1_odd_im = simd.mul_add_f64s(c.a_im, pi, self.s1_odd_im);
+        self.s1_even_re = simd.mul_add_f64s(c.b_re, tau, self.s1_even_re);
+        self.s1_even_im = simd.mul_add_f64s(c.b_im, tau, self.s1_even_im);
+        self.s2_odd_re = simd.mul_add_f64s(c.b_re, pi, self.s2_odd_re);
+        self.s2_odd_im = simd.mul_add_f64s(c.b_im, pi, self.s2_odd_im);
+        self.s2_even_re = simd.mul_add_f64s(c.a_re, tau, self.s2_even_re);
+        self.s2_even_im = simd.mul_add_f64s(c.a_im, tau, self.s2_even_im);
     }
 
     /// [S1 re, S1 im, S2 re, S2 im] at the folded angle.

@@ -106,3 +106,45 @@ fn store(block: &Block, a: &mut [Complex64], b: &mut [Complex64]) {
 pub fn efficiencies(x: f64, m: Complex64) -> Result<Efficiencies, MieError> {
     Solver::new().efficiencies(x, m)
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use pulp::{
+        Scalar,
+        x86::{V3, V4},
+    };
+
+    use super::*;
+
+    /// Efficiencies and coefficients by one instruction set.
+    fn solved_by(simd: impl Simd, x: f64, m: Complex64) -> (Efficiencies, Vec<Complex64>, Vec<Complex64>) {
+        let zeros = vec![Complex64::default(); n_terms(x)];
+        let (mut a, mut b, mut waves) = (zeros.clone(), zeros, Waves::default());
+        let efficiencies = simd.vectorize(BySimd(simd, Solve { waves: &mut waves, x, m, a: &mut a, b: &mut b }));
+        (efficiencies, a, b)
+    }
+
+    /// `Solve` with an instruction set that is given.
+    struct BySimd<'a, S>(S, Solve<'a>);
+
+    impl<S: Simd> pulp::NullaryFnOnce for BySimd<'_, S> {
+        type Output = Efficiencies;
+
+        #[inline(always)]
+        fn call(self) -> Efficiencies {
+            self.1.with_simd(self.0)
+        }
+    }
+
+    #[test]
+    fn instruction_sets_agree_to_the_last_bit() {
+        for (x, n, k) in [(1e-3, 1.33, 0.0), (0.7, 1.5, 0.1), (57.0, 1.33, 0.0), (321.0, 0.9, 1e-4), (4e3, 1.33, 1e-6)]
+        {
+            let m = Complex64::new(n, k);
+            let want = solved_by(Scalar::new(), x, m);
+            let others =
+                [V3::try_new().map(|simd| solved_by(simd, x, m)), V4::try_new().map(|simd| solved_by(simd, x, m))];
+            assert!(others.iter().flatten().all(|got| *got == want), "x = {x}, m = {m}");
+        }
+    }
+}

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::excerpt::excerpt;
+
 /// A CSV file could not be read as numbers.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
@@ -72,7 +74,7 @@ pub fn parse_numeric(file: &str, text: &str, min_fields: usize, min_rows: usize)
 fn parse_fields(file: &str, line: usize, fields: &[&str]) -> Result<Vec<f64>, CsvError> {
     let parse = |text: &&str| match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(CsvError::Number { file: file.into(), line, text: (*text).into() }),
+        _ => Err(CsvError::Number { file: file.into(), line, text: excerpt(text) }),
     };
     fields.iter().map(parse).collect()
 }

@@ -7,7 +7,7 @@ use super::ReadText;
 use super::distribution_error::DistributionError;
 use super::distribution_parse::parse_distribution;
 use super::size_law::{SizeLaw, default_limits};
-use crate::units::format_in;
+use crate::units::format_length;
 
 /// A size distribution with its limits.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl SizeDistribution {
         if holds {
             return Ok(());
         }
-        Err(DistributionError::Limits { rmin_um: r_min_m * 1e6, rmax_um: r_max_m * 1e6 })
+        Err(DistributionError::Limits { of: shape.name(), rmin_um: r_min_m * 1e6, rmax_um: r_max_m * 1e6 })
     }
 }
 
@@ -122,6 +122,17 @@ impl Default for SizeDistribution {
 }
 
 impl Shape {
+    /// The form, or the file.
+    fn name(&self) -> String {
+        match self {
+            Self::Mono { .. } => "mono".into(),
+            Self::Gamma { .. } => "gamma".into(),
+            Self::ModifiedGamma { .. } => "modgamma".into(),
+            Self::LogNormal { .. } => "lognormal".into(),
+            Self::Table { name, .. } => format!("csv:{name}"),
+        }
+    }
+
     /// Droplets per metre of radius, not normalised: 1 at a point near the mode.
     pub(super) fn relative_density(&self, r_m: f64) -> f64 {
         match self {
@@ -174,24 +185,27 @@ fn interpolate(xs: &[f64], ys: &[f64], x: f64) -> f64 {
     ys[above - 1] + t * (ys[above] - ys[above - 1])
 }
 
+/// Radii whose sixth powers and their sums are far from the ends of f64; droplets lie well inside.
+pub(super) const RADII_M: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
 fn check_shape(shape: &Shape) -> Result<(), DistributionError> {
-    let positive = |key, value: f64| check_range(key, value, value > 0.0 && value.is_finite(), "above zero");
+    let radius = |key, r_m: f64| check_range(key, r_m, RADII_M.contains(&r_m), "from 1e-15 to 1e15 m");
     match shape {
-        Shape::Mono { r_m } => positive("r", *r_m),
+        Shape::Mono { r_m } => radius("r", *r_m),
         Shape::Gamma { reff_m, veff } => {
-            positive("reff", *reff_m)?;
+            radius("reff", *reff_m)?;
             check_range("veff", *veff, (1e-6..0.5).contains(veff), "from 1e-6 to below 0.5")
         }
         Shape::ModifiedGamma { alpha, gamma, rc_m } => {
-            positive("rc", *rc_m)?;
+            radius("rc", *rc_m)?;
             check_range("alpha", *alpha, (1e-3..=1e4).contains(alpha), "from 1e-3 to 1e4")?;
             check_range("gamma", *gamma, (0.05..=100.0).contains(gamma), "from 0.05 to 100")
         }
         Shape::LogNormal { rg_m, sigma } => {
-            positive("rg", *rg_m)?;
+            radius("rg", *rg_m)?;
             check_range("sigma", *sigma, (1e-4..=2.0).contains(sigma), "from 1e-4 to 2")
         }
-        Shape::Table { .. } => Ok(()),
+        Shape::Table { r_m, .. } => r_m.iter().try_for_each(|r_m| radius("radius_um", *r_m)),
     }
 }
 
@@ -202,22 +216,22 @@ fn check_range(key: &'static str, value: f64, holds: bool, accepted: &'static st
 impl fmt::Display for SizeDistribution {
     /// Writes the distribution as it is read; limits only where they are not the default.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let um = |value_m: f64| format_in(value_m, 1e6);
+        let um = |value_m: f64| format_length(value_m, "um", 1e6);
         match &self.shape {
-            Shape::Mono { r_m } => write!(f, "mono:r={}um", um(*r_m))?,
-            Shape::Gamma { reff_m, veff } => write!(f, "gamma:reff={}um,veff={veff}", um(*reff_m))?,
+            Shape::Mono { r_m } => write!(f, "mono:r={}", um(*r_m))?,
+            Shape::Gamma { reff_m, veff } => write!(f, "gamma:reff={},veff={veff}", um(*reff_m))?,
             Shape::ModifiedGamma { alpha, gamma, rc_m } => {
-                write!(f, "modgamma:alpha={alpha},gamma={gamma},rc={}um", um(*rc_m))?;
+                write!(f, "modgamma:alpha={alpha},gamma={gamma},rc={}", um(*rc_m))?;
             }
-            Shape::LogNormal { rg_m, sigma } => write!(f, "lognormal:rg={}um,sigma={sigma}", um(*rg_m))?,
+            Shape::LogNormal { rg_m, sigma } => write!(f, "lognormal:rg={},sigma={sigma}", um(*rg_m))?,
             Shape::Table { name, .. } => write!(f, "csv:{name}")?,
         }
         let (lower, upper) = default_limits(&self.shape);
         if self.r_min_m != lower {
-            write!(f, ",rmin={}um", um(self.r_min_m))?;
+            write!(f, ",rmin={}", um(self.r_min_m))?;
         }
         if self.r_max_m != upper {
-            write!(f, ",rmax={}um", um(self.r_max_m))?;
+            write!(f, ",rmax={}", um(self.r_max_m))?;
         }
         Ok(())
     }

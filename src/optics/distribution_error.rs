@@ -36,9 +36,9 @@ pub enum DistributionError {
     Range { key: &'static str, value: f64, accepted: &'static str },
     /// No droplets between the limits.
     #[error(
-        "size distribution: rmin = {rmin_um} um and rmax = {rmax_um} um hold none of its droplets; both must be above zero and enclose a part of it"
+        "size distribution {of}: rmin = {rmin_um} um and rmax = {rmax_um} um hold none of its droplets; both must be above zero and enclose a part of it"
     )]
-    Limits { rmin_um: f64, rmax_um: f64 },
+    Limits { of: String, rmin_um: f64, rmax_um: f64 },
     /// The file is not a numeric CSV.
     #[error(transparent)]
     Csv(#[from] CsvError),
@@ -46,7 +46,7 @@ pub enum DistributionError {
     #[error("{0}: the columns must be radius_um,dn_dr")]
     Header(String),
     /// The radii do not increase.
-    #[error("{file}, line {line}: radii must be above zero and increase from line to line; sort the rows")]
+    #[error("{file}, line {line}: radii must lie from 1e-9 to 1e21 um and increase from line to line; sort the rows")]
     Order { file: String, line: usize },
     /// A number of droplets is negative.
     #[error("{file}, line {line}: dn_dr = {value} cannot be negative")]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::ReadText;
 use super::csv::{CsvError, Row, parse_numeric};
-use super::distribution::{Shape, SizeDistribution};
+use super::distribution::{RADII_M, Shape, SizeDistribution};
 use super::distribution_error::DistributionError;
 use crate::units::parse_length_m;
 
@@ -36,7 +36,8 @@ fn parse_mono(keys: Keys) -> Result<SizeDistribution, DistributionError> {
     let rmin_m = keys.optional_length_m("rmin")?.unwrap_or(r_m);
     let rmax_m = keys.optional_length_m("rmax")?.unwrap_or(r_m);
     if !(rmin_m <= r_m && r_m <= rmax_m) {
-        return Err(DistributionError::Limits { rmin_um: rmin_m * 1e6, rmax_um: rmax_m * 1e6 });
+        let (rmin_um, rmax_um) = (rmin_m * 1e6, rmax_m * 1e6);
+        return Err(DistributionError::Limits { of: "mono".into(), rmin_um, rmax_um });
     }
     SizeDistribution::new(Shape::Mono { r_m }, None, None)
 }
@@ -50,7 +51,7 @@ fn read_table(file: &str, read: ReadText) -> Result<Shape, DistributionError> {
     let (mut r_m, mut dn_dr) = (Vec::<f64>::new(), Vec::new());
     for Row { line, values } in &csv.rows {
         let (radius_m, value) = (values[0] / 1e6, values[1]);
-        if radius_m <= 0.0 || r_m.last().is_some_and(|last| *last >= radius_m) {
+        if !RADII_M.contains(&radius_m) || r_m.last().is_some_and(|last| *last >= radius_m) {
             return Err(DistributionError::Order { file: file.into(), line: *line });
         }
         if value < 0.0 {
@@ -59,7 +60,17 @@ fn read_table(file: &str, read: ReadText) -> Result<Shape, DistributionError> {
         r_m.push(radius_m);
         dn_dr.push(value);
     }
+    scale(&mut dn_dr);
     Ok(Shape::Table { name: file.into(), r_m: Arc::from(r_m), dn_dr: Arc::from(dn_dr) })
+}
+
+/// Divides by the power of two below the largest value, which is exact: only ratios count, and sums cannot overflow.
+fn scale(dn_dr: &mut [f64]) {
+    let largest = dn_dr.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        let unit = largest.log2().floor().exp2();
+        dn_dr.iter_mut().for_each(|value| *value /= unit);
+    }
 }
 
 /// The `key=value` pairs of one distribution.

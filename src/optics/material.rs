@@ -60,7 +60,9 @@ pub enum MaterialError {
     )]
     Header(String),
     /// The wavelengths do not increase.
-    #[error("{file}, line {line}: wavelengths must be above zero and increase from line to line; sort the rows")]
+    #[error(
+        "{file}, line {line}: wavelengths must lie from 1e-15 to 1e9 m and increase from line to line; sort the rows"
+    )]
     Order { file: String, line: usize },
 }
 
@@ -89,6 +91,11 @@ const WATER_SELLMEIER_RANGE_M: (f64, f64) = (182e-9, 1129e-9);
 
 /// How far outside its data a wavelength may lie, relative: the rounding of unit conversions.
 const EDGE_SLACK: f64 = 1e-9;
+
+/// Wavelengths in tables; outside, their ratios could overflow.
+const WAVELENGTHS_M: std::ops::RangeInclusive<f64> = 1e-15..=1e9;
+/// Below, nothing is absorbed along any way, and ratios of two k could overflow: they are interpolated like zero.
+const LEAST_K: f64 = 1e-100;
 
 static WATER_TABLE: LazyLock<IndexTable> =
     LazyLock::new(|| embedded("water", include_str!("../../data/water_segelstein_1981_25C.csv")));
@@ -198,7 +205,7 @@ impl IndexTable {
         for Row { line, values } in &csv.rows {
             let wavelength_m = values[wavelength] / per_meter;
             let increases = table.wavelength_m.last().is_none_or(|last| *last < wavelength_m);
-            if wavelength_m <= 0.0 || !increases {
+            if !WAVELENGTHS_M.contains(&wavelength_m) || !increases {
                 return Err(MaterialError::Order { file: name.into(), line: *line });
             }
             check_index(&format!("{name}, line {line}"), values[n], values[k])?;
@@ -234,7 +241,7 @@ impl IndexTable {
         let t = (wavelength_m - w0) / (w1 - w0);
         let n = self.n[above - 1] + t * (self.n[above] - self.n[above - 1]);
         let (k0, k1) = (self.k[above - 1], self.k[above]);
-        let k = if k0 > 0.0 && k1 > 0.0 {
+        let k = if k0 > LEAST_K && k1 > LEAST_K {
             k0 * ((wavelength_m / w0).ln() / (w1 / w0).ln() * (k1 / k0).ln()).exp()
         } else {
             k0 + t * (k1 - k0)

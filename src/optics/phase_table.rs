@@ -17,6 +17,9 @@ const MAX_VARIATION: f64 = 1.5;
 /// Values below this fraction of the largest are raised to it: a logarithm needs one above zero.
 const FLOOR: f64 = 1e-30;
 
+/// Nodes closer than this are one: the cap of that size holds less than 1e-58 sr.
+const CLOSEST_S: f64 = 1e-30;
+
 /// Points in (0, 1) and weights of the rule (Abramowitz & Stegun 1964, table 25.4, n = 6).
 const RULE: [(f64, f64); POINTS] = {
     let x = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152];
@@ -80,11 +83,8 @@ impl PhaseTable {
         if !(largest > 0.0 && largest.is_finite() && values.iter().all(|value| *value >= 0.0)) || s.len() < 2 {
             return None;
         }
-        // Angles next to 0 and pi can fall on one s by rounding.
-        let last = s.len() - 1;
-        (s[0], s[last]) = (0.0, 1.0);
         let mut y: Vec<f64> = values.iter().map(|value| (value / largest).max(FLOOR).ln()).collect();
-        merge_equal(&mut s, &mut y);
+        merge_close(&mut s, &mut y);
         let slopes = ln_slopes(&s, &y, interpolation);
         let mut cells = Vec::with_capacity(s.len());
         for i in 0..s.len() - 1 {
@@ -205,7 +205,10 @@ impl PhaseTable {
             return None;
         }
         cells.push(Cell { s: 1.0, cdf: 1.0, ln_p: [0.0; 4] });
-        Some(Self::integrate(cells))
+        // A checksum does not vouch for the numbers: exponentials of them may overflow, or vanish altogether.
+        Some(Self::integrate(cells)).filter(|table| {
+            table.scale.is_finite() && table.scale > 0.0 && table.max_value.is_finite() && table.mean_cosine.is_finite()
+        })
     }
 
     /// Number of cells.
@@ -325,9 +328,15 @@ fn push_split(cells: &mut Vec<Cell>, s: f64, width: f64, [a, b, c, d]: [f64; 4])
     push_split(cells, middle, 0.5 * width, [at_middle, 0.5 * slope, 0.25 * (c + 1.5 * d), 0.125 * d]);
 }
 
-/// Removes nodes that rounding has put on one s.
-fn merge_equal(s: &mut Vec<f64>, y: &mut Vec<f64>) {
-    let keep: Vec<bool> = (0..s.len()).map(|i| i + 1 == s.len() || s[i] < s[i + 1]).collect();
+/// Removes nodes that rounding has put on one s, and those so close that slopes between them could overflow; 0 and 1 stay.
+fn merge_close(s: &mut Vec<f64>, y: &mut Vec<f64>) {
+    let last = s.len() - 1;
+    (s[0], s[last]) = (0.0, 1.0);
+    let keep: Vec<bool> = (0..=last).map(|i| i == last || s[i + 1] - s[i] > CLOSEST_S).collect();
+    // Of the nodes next to 0 the last one stays, and stands for it.
+    if let Some(first) = keep.iter().position(|kept| *kept) {
+        s[first] = 0.0;
+    }
     let mut kept = keep.iter();
     s.retain(|_| *kept.next().unwrap_or(&true));
     let mut kept = keep.iter();

@@ -12,6 +12,7 @@ use super::DropletClass;
 use super::bin_optics::{BinJob, BinOptics, capped_table};
 use super::bins::{BinPlan, SizeBin};
 use super::cache::TableCache;
+use super::distribution::Shape;
 use super::hg_draine::{MAX_DIAMETER_UM, MIN_DIAMETER_UM};
 use super::material::{Material, MaterialError};
 use super::phase_function::PhaseFunction;
@@ -130,6 +131,26 @@ impl OpticalTables {
         let rows: usize = self.bins.iter().map(|bin| bin.optics.len()).sum();
         phase_bytes + rows * size_of::<BinOptics>() + self.bins.len() * size_of::<BinTables>()
     }
+}
+
+/// Bytes that the tables of a plan's bins will take, about, and rather too many.
+///
+/// A single sphere's fringes take 380 bytes times x (measured) up to the nodes of a blurred table, or those of the finest; where
+/// many sizes wash them out, tens of kilobytes are left.
+pub fn predicted_bytes(plan: &BinPlan, classes: &[DropletClass], wavelengths_m: &[f64]) -> u64 {
+    const FIXED: f64 = 4096.0;
+    const PER_X: f64 = 400.0;
+    const FINEST: f64 = 1.4e6;
+    const WASHED_OUT: f64 = 65_536.0;
+    let one = |bin: &SizeBin, wavelength_m: f64| {
+        if classes.get(usize::from(bin.class)).is_some_and(|class| class.phase != PhaseModel::Mie) {
+            return FIXED;
+        }
+        let fringes = FIXED + PER_X * 2.0 * std::f64::consts::PI * bin.distribution.r_max_m / wavelength_m;
+        let is_mono = matches!(bin.distribution.shape, Shape::Mono { .. });
+        fringes.min(if is_mono { FINEST } else { WASHED_OUT })
+    };
+    plan.bins.iter().flat_map(|bin| wavelengths_m.iter().map(move |l_m| one(bin, *l_m))).sum::<f64>() as u64
 }
 
 /// Largest radius that the Mie series reaches at a wavelength, x = 1e6, with a margin for rounding.

@@ -4,9 +4,12 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::excerpt::printable;
+use crate::units::format_bytes;
+
 /// A scene could not be read.
 #[derive(Debug, Error)]
-#[error("{}: {}{fault}", .file.display(), if .element.is_empty() { String::new() } else { format!("{element}: ") })]
+#[error("{}: {}{}", .file.display(), if .element.is_empty() { String::new() } else { format!("{}: ", printable(element)) }, printable(&.fault.to_string()))]
 #[non_exhaustive]
 pub struct SceneError {
     /// The file that was read.
@@ -27,6 +30,9 @@ pub enum SceneFault {
     /// The path leads to a folder, a device or a pipe.
     #[error("is not a regular file; give the path of a .gltf or .glb file")]
     NotAFile,
+    /// The file is of another kind.
+    #[error("begins neither like glTF JSON nor like GLB; give the path of a .gltf or .glb file")]
+    NotAScene,
     /// The JSON is broken, or an element does not have the form that glTF 2.0 demands.
     #[error("is not valid glTF 2.0 JSON ({0}); export the file again or mend it there")]
     Json(String),
@@ -85,8 +91,17 @@ pub enum SceneFault {
     #[error("{problem}; {remedy}")]
     Mark { problem: String, remedy: &'static str },
     /// The scene would need more memory than its files can justify.
-    #[error("{what} need {bytes} bytes, but {limit} are left of what files of this size may take; {remedy}")]
+    #[error(
+        "{what} need {}, but {} are left of what files of this size may take; {remedy}",
+        format_bytes(*.bytes), format_bytes(*.limit)
+    )]
     TooLarge { what: String, bytes: u64, limit: u64, remedy: &'static str },
+    /// The scene would need more memory than there is, or than the user allows.
+    #[error(
+        "{what} need {}, but {} are left of what may be used; make the scene smaller, or raise --memory-limit if there is more",
+        format_bytes(*.bytes), format_bytes(*.limit)
+    )]
+    Memory { what: String, bytes: u64, limit: u64 },
     /// There is no camera of that name.
     #[error("no camera is called `{name}`; {available}")]
     NoSuchCamera { name: String, available: String },
@@ -120,17 +135,4 @@ pub(crate) type SceneResult<T> = Result<T, SceneError>;
 /// A number without rows of zeros.
 fn legible(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
-}
-
-/// Shortens text from a file for a message; control characters are escaped.
-pub(crate) fn excerpt(text: &str) -> String {
-    const MOST: usize = 80;
-    let mut short = String::new();
-    for c in text.chars().take(MOST) {
-        if c.is_control() { short.extend(c.escape_debug()) } else { short.push(c) }
-    }
-    if text.chars().nth(MOST).is_some() {
-        short.push_str("...");
-    }
-    short
 }

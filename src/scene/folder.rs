@@ -79,6 +79,21 @@ impl Folder {
     }
 }
 
+/// Reads a text file that the user names on a command line: any that can be read, a pipe too, but not without end.
+///
+/// # Errors
+/// Why the file cannot be read, and what to do: continues the sentence that begins with its name.
+pub fn read_typed_text(name: &str) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let unreadable = |e: std::io::Error| format!("cannot be read ({e}); {CHECK_IT}");
+    let file = File::open(name).map_err(unreadable)?;
+    file.take(TEXT_LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > TEXT_LIMIT_BYTES {
+        return Err(format!("has more than {TEXT_LIMIT_BYTES} bytes, the most that is read"));
+    }
+    String::from_utf8(bytes).map_err(|_| "is not UTF-8 text; save it as such".into())
+}
+
 fn refusal(problem: impl Into<String>) -> Refusal {
     Refusal { problem: problem.into(), remedy: MOVE_IT }
 }

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::error::{SceneError, SceneFault, SceneResult};
-use super::folder::{Folder, read_file};
+use super::folder::{Folder, Refusal, read_file, read_start};
 use super::frame_cloud::{default_sun, framing_camera};
-use super::gltf::{Parts, read};
+use super::gltf::{Parts, is_glb, read};
 use super::hash::content_hash;
 use super::model::Scene;
 use super::settings::Settings;
@@ -25,8 +25,18 @@ pub struct LoadOptions {
     pub radius_m: Option<f64>,
     /// `--resolution`: wins over `image.resolution`, also for framing; pixels, each at least 1.
     pub resolution: Option<[u32; 2]>,
-    /// `--memory-limit`: what particles and fog boxes may take; by default 32 MiB and 12 bytes for each of the files'.
+    /// `--memory-limit`: what files, particles and fog boxes may take together; by default particles and boxes may take 24 MiB
+    /// and 12 bytes for each of the files'.
     pub memory_limit_bytes: Option<u64>,
+    /// Memory that there is, where the caller knows: nothing may take more, whatever is allowed.
+    pub available_bytes: Option<u64>,
+}
+
+impl LoadOptions {
+    /// What reading may take at most.
+    pub(super) fn most_bytes(&self) -> u64 {
+        [self.memory_limit_bytes, self.available_bytes].into_iter().flatten().min().unwrap_or(u64::MAX)
+    }
 }
 
 /// Loads a scene from a `.gltf` or `.glb` file.
@@ -52,12 +62,31 @@ fn load_parts(path: &Path, options: &LoadOptions) -> SceneResult<Scene> {
     if !info.is_file() {
         return Err(SceneError::at("", SceneFault::NotAFile));
     }
-    let file = read_file(path, u64::MAX)
-        .map_err(|refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem))))?;
+    let unreadable =
+        |refusal: Refusal| SceneError::at("", SceneFault::Unreadable(std::io::Error::other(refusal.problem)));
+    // A long file of another kind is not read to its end.
+    if !begins_like_a_scene(&read_start(path, START_BYTES).map_err(unreadable)?) {
+        return Err(SceneError::at("", SceneFault::NotAScene));
+    }
+    let most = options.most_bytes();
+    if info.len() > most {
+        let what = "its bytes".into();
+        return Err(SceneError::at("", SceneFault::Memory { what, bytes: info.len(), limit: most }));
+    }
+    let file = read_file(path, most).map_err(unreadable)?;
     let parts = read(&file, &Folder::of_scene(path), options)?;
     drop(file);
     let name = path.display().to_string();
     complete(name, parts)
+}
+
+/// What is looked at before a file is read.
+const START_BYTES: u64 = 4096;
+
+/// Whether a file begins like GLB or JSON: with a magic, or a brace behind white space and perhaps a byte order mark.
+fn begins_like_a_scene(start: &[u8]) -> bool {
+    let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start).trim_ascii_start();
+    text.is_empty() || text[0] == b'{' || is_glb(start)
 }
 
 /// Loads a scene from the bytes of a `.gltf` or `.glb` file that is built into the program; `name` says where it would lie.

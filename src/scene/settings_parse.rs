@@ -7,10 +7,11 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use super::error::{SceneError, SceneFault, SceneResult, excerpt};
+use super::error::{SceneError, SceneFault, SceneResult};
 use super::folder::Folder;
 use super::given::{Given, Misfit};
 use super::keys::Key;
+use crate::excerpt::excerpt;
 use crate::suggest::closest;
 
 /// Settings longer than this are refused: as a tree, JSON takes up to ninety times the space of its text.

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::sun::SunSpectrum;
 use crate::suggest::did_you_mean;
-use crate::units::{UnitError, format_in, parse_length_m};
+use crate::units::{UnitError, format_length, parse_length_m};
 
 /// How the picture samples the spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,9 @@ pub enum SpectralMode {
 /// The wavelengths of red, green and blue where `rgb` names none, m.
 pub const RGB_DEFAULT_M: [f64; 3] = [650e-9, 550e-9, 450e-9];
 
+/// Wavelengths that are taken for such: gamma rays to the longest waves of the Earth.
+const WAVELENGTHS_M: std::ops::RangeInclusive<f64> = 1e-15..=1e9;
+
 /// Most bands that can be asked for: one per nanometre of 380-780 nm, the step of the observer's table.
 pub const MAX_BANDS: usize = 400;
 
@@ -37,8 +40,8 @@ pub enum SpectrumError {
     #[error("spectral mode `{mode}`: {reason}; write a wavelength like 550nm")]
     Wavelength { mode: String, reason: UnitError },
     /// A wavelength is out of range.
-    #[error("spectral mode `{0}`: wavelengths must be above zero")]
-    ZeroWavelength(String),
+    #[error("spectral mode `{0}`: wavelengths must lie from 1e-15 to 1e9 m")]
+    Range(String),
     /// The wrong number of wavelengths.
     #[error("spectral mode `{mode}`: {found} wavelengths where {expected} are needed")]
     WavelengthCount { mode: String, found: usize, expected: usize },
@@ -76,8 +79,8 @@ impl FromStr for SpectralMode {
 fn parse_wavelengths<const N: usize>(mode: &str, list: &str) -> Result<[f64; N], SpectrumError> {
     let parse = |item| parse_length_m(item).map_err(|reason| SpectrumError::Wavelength { mode: mode.into(), reason });
     let wavelengths = list.split(',').map(parse).collect::<Result<Vec<f64>, _>>()?;
-    if wavelengths.contains(&0.0) {
-        return Err(SpectrumError::ZeroWavelength(mode.into()));
+    if !wavelengths.iter().all(|wavelength_m| WAVELENGTHS_M.contains(wavelength_m)) {
+        return Err(SpectrumError::Range(mode.into()));
     }
     let wrong_count =
         |found: Vec<f64>| SpectrumError::WavelengthCount { mode: mode.into(), found: found.len(), expected: N };
@@ -86,10 +89,10 @@ fn parse_wavelengths<const N: usize>(mode: &str, list: &str) -> Result<[f64; N],
 
 impl fmt::Display for SpectralMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let nm = |wavelength_m: f64| format_in(wavelength_m, 1e9);
+        let nm = |wavelength_m: f64| format_length(wavelength_m, "nm", 1e9);
         match *self {
-            Self::Mono { wavelength_m } => write!(f, "mono:{}nm", nm(wavelength_m)),
-            Self::Rgb { wavelengths_m: [r, g, b] } => write!(f, "rgb:{}nm,{}nm,{}nm", nm(r), nm(g), nm(b)),
+            Self::Mono { wavelength_m } => write!(f, "mono:{}", nm(wavelength_m)),
+            Self::Rgb { wavelengths_m: [r, g, b] } => write!(f, "rgb:{},{},{}", nm(r), nm(g), nm(b)),
             Self::Bands { count } => write!(f, "bands:{count}"),
         }
     }
@@ -101,9 +104,15 @@ mod tests {
 
     #[test]
     fn modes_are_read_back() {
-        for text in
-            ["mono:550nm", "mono:10.6um", "rgb", "rgb:650nm,550nm,450nm", "rgb:611.3nm,0.5321um,4e-7m", "bands:8"]
-        {
+        for text in [
+            "mono:550nm",
+            "mono:10.6um",
+            "mono:1.5421um",
+            "rgb",
+            "rgb:650nm,550nm,450nm",
+            "rgb:611.3nm,0.5321um,4e-7m",
+            "bands:8",
+        ] {
             let mode: SpectralMode = text.parse().expect(text);
             assert_eq!(mode.to_string().parse(), Ok(mode), "{text}");
         }
@@ -119,7 +128,8 @@ mod tests {
         assert!(matches!(error("mono"), WavelengthCount { found: 0, expected: 1, .. }));
         assert!(matches!(error("rgb:1nm,2nm"), WavelengthCount { found: 2, expected: 3, .. }));
         assert!(matches!(error("mono:550"), Wavelength { .. }));
-        assert!(matches!(error("mono:0nm"), ZeroWavelength(_)));
+        assert!(matches!(error("mono:0nm"), Range(_)));
+        assert!(matches!(error("rgb:1e300km,1nm,1nm"), Range(_)));
         assert!(matches!(error("bands:0"), Bands(_)));
         assert!(matches!(error("bands:1e9"), Bands(_)));
     }

@@ -50,13 +50,20 @@ impl LatLong {
     /// # Errors
     /// When the file cannot be read, needs more than 2 GiB, lacks colour, is cropped, or holds NaN or infinities.
     pub fn read(path: &Path) -> Result<(Self, Vec<Warning>), BackdropError> {
-        let picture = exr::read(path, Limits::default())?;
+        Self::of(&exr::read(path, Limits::default())?, path)
+    }
+
+    /// Takes a picture that has been read, with warnings about what had to be changed; `path` names it in messages.
+    ///
+    /// # Errors
+    /// When it lacks colour, is cropped, or holds NaN or infinities.
+    pub fn of(picture: &Picture, path: &Path) -> Result<(Self, Vec<Warning>), BackdropError> {
         let frame = picture.frame;
         let full = [frame.full_width, frame.full_height];
         if [frame.x, frame.y] != [0, 0] || full != [picture.width, picture.height] {
             return Err(BackdropError::Cropped { path: path.into() });
         }
-        let channels = channels(&picture, path)?;
+        let channels = channels(picture, path)?;
         let (width, height) = (picture.width as usize, picture.height as usize);
         let mut texels = Vec::with_capacity(width * height);
         let mut negative = 0usize;

@@ -80,6 +80,11 @@ pub(super) struct Carried<'a> {
 }
 
 impl Glass {
+    /// The same, walked as on a processor without vector instructions; for tests.
+    pub(super) fn without_simd(self) -> Self {
+        Self { balls: self.balls.without_simd(), ..self }
+    }
+
     /// The glass balls of a scene, in a tree beside that of all its bodies; `None` where there are none. Tables of a single
     /// wavelength serve all `n_wavelengths` (no dispersion).
     ///

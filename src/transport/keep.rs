@@ -12,6 +12,7 @@ use serde_json::Value;
 use super::render::RayCounts;
 use super::rounds::Round;
 use super::state::RenderState;
+use crate::excerpt::printable;
 use crate::film::{Film, Layer};
 use crate::image::sealed::{Sealed, SealedError, Sealer};
 
@@ -79,7 +80,8 @@ impl Kept {
         let mut length = [0; 8];
         record.fill(&mut length)?;
         let head = record.take(u64::from_le_bytes(length))?;
-        let head: Head = serde_json::from_slice(&head).map_err(|error| record.damaged(format!("its head: {error}")))?;
+        let head: Head =
+            serde_json::from_slice(&head).map_err(|error| record.damaged(printable(&format!("its head: {error}"))))?;
         let layer = |name: &String| Layer::ALL.iter().find(|(_, known)| known == name).map(|(layer, _)| *layer);
         let layers: Option<Vec<Layer>> = head.layers.iter().map(layer).collect();
         let layers = layers.ok_or_else(|| record.damaged("it has a layer that is not known"))?;
@@ -119,5 +121,6 @@ fn read_film(record: &mut Sealed, head: &Head, layers: &[Layer]) -> Result<Film,
         record.fill(bytes)?;
         chunk.iter_mut().zip(bytes.as_chunks::<8>().0).for_each(|(sum, bytes)| *sum = f64::from_le_bytes(*bytes));
     }
-    Film::from_sums(head.width, head.height, layers, head.n_spectral, sums).ok_or_else(|| record.damaged(wrong))
+    let film = Film::from_sums(head.width, head.height, layers, head.n_spectral, sums);
+    film.ok_or_else(|| record.damaged("one of its sums is no number, or no number of samples"))
 }

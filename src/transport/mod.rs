@@ -15,6 +15,7 @@ pub mod keep;
 mod lighting;
 mod march;
 mod media;
+pub mod need;
 mod path;
 mod place;
 mod prepare;

@@ -169,6 +169,12 @@ impl Prepared {
         Self { lobes: None, ..self }
     }
 
+    /// The same scene, rendered as on a processor without vector instructions; for tests.
+    pub fn without_simd(self) -> Self {
+        let (glow, glass) = (self.glow.map(Glow::without_simd), self.glass.map(Glass::without_simd));
+        Self { accel: self.accel.without_simd(), glow, glass, ..self }
+    }
+
     /// What every sample reads.
     pub fn context(&self) -> RenderContext<'_> {
         RenderContext {

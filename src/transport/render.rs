@@ -176,6 +176,10 @@ fn finish_run(
         }
         state.end_round();
         progress.round(state.samples(), round.expected, state.film());
+        // Within a round a pause comes between tiles; a picture may have one only.
+        if progress.should_pause() {
+            progress.pause(state);
+        }
     }
     true
 }

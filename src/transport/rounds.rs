@@ -33,9 +33,12 @@ pub(super) enum Targets {
 }
 
 impl Targets {
-    /// Whether there is a target for every tile of a film.
-    pub fn fit(&self, film: &Film) -> bool {
-        !matches!(self, Self::ByTile(targets) if targets.len() != film.n_tiles())
+    /// Whether there is a target for every tile of a film, none above the most samples that a pixel may have.
+    pub fn fit(&self, film: &Film, most: u32) -> bool {
+        match self {
+            Self::Even(n) => *n <= most,
+            Self::ByTile(targets) => targets.len() == film.n_tiles() && targets.iter().flatten().all(|n| *n <= most),
+        }
     }
 
     pub fn of(&self, tile: usize, x: usize, y: usize) -> u32 {

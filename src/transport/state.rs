@@ -30,7 +30,12 @@ impl RenderState {
     /// Whether a state that was read belongs to this request: `empty` is its beginning.
     pub fn fits(&self, empty: &Self, until: Until) -> bool {
         let shaped = self.films.iter().zip(empty.films.iter().cycle()).all(|(film, empty)| film.has_shape_of(empty));
-        let round_fits = self.round.iter().all(|round| self.films.iter().all(|film| round.targets.fit(film)));
+        let most = match until {
+            Until::Samples(n) => n,
+            Until::Range { first, end } => end.saturating_sub(first),
+            Until::Noise { at_most, .. } => at_most,
+        };
+        let round_fits = self.round.iter().all(|round| self.films.iter().all(|film| round.targets.fit(film, most)));
         shaped && round_fits && (1..=until.runs().len()).contains(&self.films.len())
     }
 
@@ -51,10 +56,12 @@ impl RenderState {
 
     /// The outcome, if nothing more is done.
     pub fn finish(self, request: &RenderRequest, stopped: bool) -> RenderOutcome {
-        let empty = self.films.first().map_or_else(|| Film::new(0, 0, &[], 0), Film::emptied);
+        let runs = request.until.runs();
+        // Made only where it is needed: a film is large.
+        let empty = self.films.first().filter(|_| runs.is_empty()).map(Film::emptied);
         let mut joiner = Joiner::default();
-        request.until.runs().into_iter().zip(self.films).for_each(|(run, film)| joiner.push(run, film));
-        let film = joiner.finish().unwrap_or(empty);
+        runs.into_iter().zip(self.films).for_each(|(run, film)| joiner.push(run, film));
+        let film = joiner.finish().or(empty).unwrap_or_else(|| Film::new(0, 0, &[], 0));
         RenderOutcome { samples: film.mean_samples(), film, rays: self.rays, stopped }
     }
 

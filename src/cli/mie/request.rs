@@ -9,7 +9,7 @@ use super::args::MieArgs;
 use crate::cli::failure::Failure;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
-use crate::scene::folder::Folder;
+use crate::scene::folder::read_typed_text;
 use crate::study::Scatterer;
 use crate::study::scatterer::Dimensions;
 use crate::units::format_in;
@@ -26,7 +26,7 @@ fn scatterer(args: &MieArgs) -> anyhow::Result<Scatterer> {
     let m = index(args)?;
     let wavelength_m = wavelength_m(args);
     if let Some(text) = &args.distribution {
-        let distribution = SizeDistribution::parse(text, &read).context("--distribution")?;
+        let distribution = SizeDistribution::parse(text, &read_typed_text).context("--distribution")?;
         return Scatterer::cloud(distribution, wavelength_m, m)
             .with_context(|| format!("--distribution {text} at {}", nm(wavelength_m)));
     }
@@ -58,17 +58,13 @@ fn index(args: &MieArgs) -> anyhow::Result<Complex64> {
         return Ok(index);
     }
     let material = match &args.material {
-        Some(text) => Material::parse(text, &read).context("--material")?,
+        Some(text) => Material::parse(text, &read_typed_text).context("--material")?,
         None if args.size_parameter.is_some() => {
             return Err(anyhow!("--size-parameter needs an index: add --index N,K, or --material M at a --wavelength"));
         }
         None => Material::Water,
     };
     material.index(wavelength_m(args)).context("--material")
-}
-
-fn read(path: &str) -> Result<String, String> {
-    Folder::User.read_text(path)
 }
 
 fn nm(wavelength_m: f64) -> String {

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::units::format_bytes;
+
 /// A cloud could not be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -18,17 +20,28 @@ pub enum GenerateError {
     /// No such shape.
     #[error("there is no shape `{name}`: `--shape` is one of {known}")]
     Shape { name: String, known: String },
-    /// The cloud does not fit in memory or in a GLB file.
+    /// The cloud does not fit in a GLB file.
     #[error(
-        "{count} particles take {bytes} bytes, more than the limit of {limit_bytes}: lower `--count` to {max_count}, or use `--kind parcels`"
+        "{count} particles take {bytes} bytes, more than the {limit_bytes} of a GLB file: lower `--count` to {max_count}, or use `--kind parcels`"
     )]
     TooLarge { count: u64, bytes: u128, limit_bytes: u64, max_count: u64 },
+    /// The cloud does not fit in memory.
+    #[error(
+        "{count} particles need about {} of memory, and {} may be used: lower `--count` (a parcel stands for many droplets), or raise `--memory-limit` if there is more",
+        format_bytes(*.bytes), format_bytes(*.limit_bytes)
+    )]
+    Memory { count: u64, bytes: u64, limit_bytes: u64 },
     /// The size distribution gives a radius that no droplet has.
     #[error("`--distribution` gives a droplet of radius {radius_m:e} m: radii must lie between 1 pm and 1 km")]
     DropletRadius { radius_m: f64 },
     /// Liquid water or optical depth is zero, negative, infinite or NaN.
     #[error("`{flag}` {value} must be a positive, finite number")]
     Content { flag: &'static str, value: f64 },
+    /// The droplets are beyond the reach of Mie theory.
+    #[error(
+        "a droplet of radius {radius_m:.4e} m has a size parameter of {size_parameter:.3e} at 550 nm: Mie theory is validated from {least:e} to {most:e}, radii up to {largest_m:.3e} m; change `--distribution`"
+    )]
+    SizeParameter { radius_m: f64, size_parameter: f64, least: f64, most: f64, largest_m: f64 },
     /// The extinction efficiency that was given for a radius cannot be used.
     #[error(
         "the extinction efficiency of a droplet of radius {radius_m:e} m is {q_ext}, not a positive number: check material and `--distribution`"

@@ -45,7 +45,7 @@ pub struct Recipe {
     pub view: View,
     /// Further keys for the file's `extras.mie_cloud`, which win over the generator's own.
     pub settings: Map<String, Value>,
-    /// The most that particles may take in memory or in the file, bytes.
+    /// The most that making the particles may take of memory, bytes.
     pub memory_limit_bytes: u64,
 }
 
@@ -84,8 +84,8 @@ impl Form {
 /// ray crosses many of.
 const OVERLAP: f64 = 1.5;
 
-/// Unless set, particles may take 4 GiB, the most that a GLB file holds.
-const MEMORY_LIMIT_BYTES: u64 = 1 << 32;
+/// The most that a GLB file holds, bytes.
+const LARGEST_FILE_BYTES: u64 = 1 << 32;
 
 impl Recipe {
     /// Ten thousand droplets of 6 um effective radius, even, with a camera that frames them.
@@ -103,7 +103,7 @@ impl Recipe {
             overlap: OVERLAP,
             patchiness: 0.0,
             settings: Map::new(),
-            memory_limit_bytes: MEMORY_LIMIT_BYTES,
+            memory_limit_bytes: u64::MAX,
         }
     }
 
@@ -115,7 +115,7 @@ impl Recipe {
     /// Checks everything that can be checked before any work is done.
     ///
     /// # Errors
-    /// When a value is out of range, or the particles would take more memory than the limit.
+    /// When a value is out of range, or the particles would not fit into a file, or into the memory that may be taken.
     pub fn check(&self) -> Result<(), GenerateError> {
         self.shape.check()?;
         if self.count == 0 {
@@ -134,10 +134,31 @@ impl Recipe {
             return Err(GenerateError::Overlap { value: self.overlap });
         }
         self.view.check()?;
+        self.check_file()?;
         self.check_memory()
     }
 
+    /// Bytes of memory that making the cloud takes at its peak.
+    pub fn memory_bytes(&self) -> u64 {
+        // Measured with a margin; a grown cloud keeps its cells beside the particles.
+        const FIXED: u64 = 24 << 20;
+        let each = match self.kind {
+            _ if self.shape.is_grown() => 96,
+            ParticleKind::Droplet => 32,
+            ParticleKind::Parcel => 48,
+        };
+        self.particle_count().saturating_mul(each).saturating_add(FIXED)
+    }
+
     fn check_memory(&self) -> Result<(), GenerateError> {
+        let (count, bytes, limit_bytes) = (self.particle_count(), self.memory_bytes(), self.memory_limit_bytes);
+        if bytes > limit_bytes {
+            return Err(GenerateError::Memory { count, bytes, limit_bytes });
+        }
+        Ok(())
+    }
+
+    fn check_file(&self) -> Result<(), GenerateError> {
         let count = self.particle_count();
         let bytes_each = match self.form {
             Form::Points => 24,
@@ -145,7 +166,7 @@ impl Recipe {
         };
         // What the JSON of a GLB file and its chunk headers may take of its 4 GiB.
         const RESERVE_BYTES: u64 = 1 << 20;
-        let limit_bytes = self.memory_limit_bytes.min(MEMORY_LIMIT_BYTES - RESERVE_BYTES);
+        let limit_bytes = LARGEST_FILE_BYTES - RESERVE_BYTES;
         let bytes = u128::from(count) * u128::from(bytes_each);
         if bytes > u128::from(limit_bytes) {
             return Err(GenerateError::TooLarge { count, bytes, limit_bytes, max_count: limit_bytes / bytes_each });

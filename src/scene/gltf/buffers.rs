@@ -7,7 +7,8 @@ use std::rc::Rc;
 
 use super::document::{self, Buffer, BufferView, Document};
 use super::uri::{self, Target};
-use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
+use crate::excerpt::excerpt;
+use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::{Folder, read_start};
 
 /// All buffers of a file, loaded when they are first asked for.
@@ -19,6 +20,7 @@ pub struct Buffers<'a> {
     /// Two buffers of one file share its bytes: memory stays bounded by the files' sizes.
     files: RefCell<HashMap<PathBuf, Rc<Vec<u8>>>>,
     read_bytes: Cell<u64>,
+    most_bytes: u64,
     longest: OnceCell<u64>,
 }
 
@@ -49,8 +51,14 @@ pub struct View<'b> {
 }
 
 impl<'a> Buffers<'a> {
-    /// No buffer is read yet.
-    pub fn new(document: &'a Document<'a>, chunk: Option<&'a [u8]>, folder: &'a Folder, file_bytes: u64) -> Self {
+    /// No buffer is read yet, but `file_bytes`; all files together may have `most_bytes`.
+    pub fn new(
+        document: &'a Document<'a>,
+        chunk: Option<&'a [u8]>,
+        folder: &'a Folder,
+        file_bytes: u64,
+        most_bytes: u64,
+    ) -> Self {
         let mut loaded = Vec::new();
         loaded.resize_with(document.buffers.len(), OnceCell::new);
         Self {
@@ -60,6 +68,7 @@ impl<'a> Buffers<'a> {
             loaded,
             files: RefCell::default(),
             read_bytes: Cell::new(file_bytes),
+            most_bytes,
             longest: OnceCell::new(),
         }
     }
@@ -146,7 +155,13 @@ impl<'a> Buffers<'a> {
         if let Some(bytes) = self.files.borrow().get(&path) {
             return Ok(Rc::clone(bytes));
         }
-        let bytes = Rc::new(read_start(&path, self.longest_buffer()).map_err(refused)?);
+        let length = std::fs::metadata(&path).map_or(0, |info| info.len()).min(self.longest_buffer());
+        let left = self.most_bytes.saturating_sub(self.read_bytes.get());
+        if length > left {
+            let what = format!("the bytes of `{}`", excerpt(name));
+            return Err(SceneError::at(element, SceneFault::Memory { what, bytes: length, limit: left }));
+        }
+        let bytes = Rc::new(read_start(&path, length).map_err(refused)?);
         self.read_bytes.set(self.read_bytes.get() + bytes.len() as u64);
         self.files.borrow_mut().insert(path, Rc::clone(&bytes));
         Ok(bytes)

@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3};
 
 use super::document::{self, Document, label};
 use super::nodes::Visit;
-use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
+use crate::excerpt::excerpt;
+use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::model::{Camera, Lens};
 use crate::warning::Warning;
 

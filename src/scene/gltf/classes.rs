@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use super::materials::Surface;
+use crate::excerpt::excerpt;
 use crate::optics::DropletClass;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
 use crate::optics::phase_model::PhaseModel;
-use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
+use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::Folder;
 use crate::scene::marks::Marks;
 use crate::scene::settings::DropletSettings;

@@ -319,7 +319,7 @@ pub fn read(json: &[u8]) -> SceneResult<Document<'_>> {
     if needed.starts_with("2.") || needed == "2" {
         Ok(document)
     } else {
-        Err(SceneError::at("asset", SceneFault::Version(crate::scene::error::excerpt(needed))))
+        Err(SceneError::at("asset", SceneFault::Version(crate::excerpt::excerpt(needed))))
     }
 }
 
@@ -345,7 +345,7 @@ fn check_nesting(json: &[u8]) -> SceneResult<()> {
 /// An element as it is named in messages: `nodes[2] "Droplets"`.
 pub fn label(array: &str, index: u32, name: Option<&str>) -> String {
     match name {
-        Some(name) => format!("{array}[{index}] \"{}\"", crate::scene::error::excerpt(name)),
+        Some(name) => format!("{array}[{index}] \"{}\"", crate::excerpt::excerpt(name)),
         None => format!("{array}[{index}]"),
     }
 }

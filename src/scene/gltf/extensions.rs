@@ -1,7 +1,8 @@
 //! Which glTF extensions may be required: those that are understood, and those that only change surfaces.
 
 use super::document::Document;
-use crate::scene::error::{SceneError, SceneFault, SceneResult, excerpt};
+use crate::excerpt::excerpt;
+use crate::scene::error::{SceneError, SceneFault, SceneResult};
 
 /// Read and used.
 const UNDERSTOOD: [&str; 5] = [

@@ -27,6 +27,7 @@ use cameras::Cameras;
 use classes::{Classes, SceneMaterial};
 use document::{Document, label};
 use droplets::{Collector, Flags};
+pub(super) use glb::is_glb;
 use materials::Surfaces;
 use meshes::Meshes;
 use particles::Particles;
@@ -59,7 +60,7 @@ pub(super) struct Parts {
 /// # Errors
 /// When anything in it is broken, out of range or not understood.
 pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> SceneResult<Parts> {
-    let (json, chunk) = if glb::is_glb(file) {
+    let (json, chunk) = if is_glb(file) {
         let glb = glb::split(file).map_err(|fault| SceneError::at("", fault))?;
         (glb.json, glb.bin)
     } else {
@@ -70,8 +71,9 @@ pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> Scene
     extensions::check_required(&document)?;
     let scene = choose_scene(&document)?;
     let (settings, scene_material) = settings(&scene, folder, options)?;
-    let buffers = Buffers::new(&document, chunk, folder, file.len() as u64);
-    let budget = Budget::new(options.memory_limit_bytes);
+    let most_bytes = options.most_bytes();
+    let buffers = Buffers::new(&document, chunk, folder, file.len() as u64, most_bytes);
+    let budget = Budget::new(options.memory_limit_bytes.is_none(), most_bytes);
     let accessors = Accessors { document: &document, buffers: &buffers, budget: &budget };
     let mut collector = Collector {
         accessors,
@@ -145,6 +147,6 @@ fn settings(scene: &Chosen, folder: &Folder, options: &LoadOptions) -> SceneResu
 /// A pattern that matches nothing is a slip.
 fn unmatched(options: &LoadOptions, matches: u64) -> Option<Warning> {
     let pattern = options.droplets_glob.as_ref().filter(|_| matches == 0)?;
-    let what = format!("--droplets '{}' matches no node", super::error::excerpt(pattern));
+    let what = format!("--droplets '{}' matches no node", crate::excerpt::excerpt(pattern));
     Some(Warning::new(what, "* stands for any text and ? for one character; names are case-sensitive"))
 }

@@ -146,7 +146,7 @@ pub fn top_level(document: &Document, scene: u32) -> Vec<Warning> {
     let unknown: Vec<&str> =
         document.extensions_used.iter().map(String::as_str).filter(|n| !is_understood(n) && !is_harmless(n)).collect();
     if let Some(first) = unknown.first() {
-        let first = crate::scene::error::excerpt(first);
+        let first = crate::excerpt::excerpt(first);
         let more = if unknown.len() > 1 { format!(" and {} more", unknown.len() - 1) } else { String::new() };
         warnings.push(Warning::new(format!("extension {first}{more} is not understood and left out"), ""));
     }

@@ -4,7 +4,8 @@ use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 
-use crate::scene::error::{SceneFault, excerpt};
+use crate::excerpt::excerpt;
+use crate::scene::error::SceneFault;
 
 /// Where a URI leads.
 #[derive(Debug, PartialEq, Eq)]

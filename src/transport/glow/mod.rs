@@ -152,6 +152,11 @@ impl Glow {
         Some(glow)
     }
 
+    /// The same, gathered as on a processor without vector instructions; for tests and measurements.
+    pub fn without_simd(self) -> Self {
+        Self { arch: pulp::Arch::Scalar, ..self }
+    }
+
     /// Number of sources.
     pub fn len(&self) -> usize {
         self.slots.len()

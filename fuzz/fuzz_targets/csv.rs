@@ -1,0 +1,6 @@
+//! Fuzzes `readers::tables::csv`.
+#![no_main]
+
+mod common;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| common::read(common::readers::tables::csv, bytes));

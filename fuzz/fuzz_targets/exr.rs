@@ -1,0 +1,6 @@
+//! Fuzzes `readers::pictures::exr`.
+#![no_main]
+
+mod common;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| common::read(common::readers::pictures::exr, bytes));

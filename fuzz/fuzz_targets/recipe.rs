@@ -1,0 +1,6 @@
+//! Fuzzes `readers::words::recipe`.
+#![no_main]
+
+mod common;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| common::read(common::readers::words::recipe, bytes));

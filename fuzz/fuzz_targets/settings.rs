@@ -1,0 +1,6 @@
+//! Fuzzes `readers::scenes::settings`.
+#![no_main]
+
+mod common;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| common::read(common::readers::scenes::settings, bytes));
