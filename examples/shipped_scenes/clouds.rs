@@ -47,7 +47,7 @@ pub fn droplet() -> Result<Value, Box<dyn Error>> {
     })
 }
 
-/// A fair-weather cumulus, more than a kilometre wide, under a blue sky, the sun behind the viewer's left shoulder. Light that droplets turn
+/// A fair-weather cumulus, more than a kilometre wide, under a blue sky, the sun to the left. Light that droplets turn
 /// by less than 20 degrees goes on as if it had met none: of a thick cloud that keeps the looks and saves most of the time.
 pub fn cumulus() -> Result<Value, Box<dyn Error>> {
     let shape = CloudShape::new("cumulus", &[1200.0, 700.0, 1000.0])?;
@@ -57,11 +57,11 @@ pub fn cumulus() -> Result<Value, Box<dyn Error>> {
         content: Content::OpticalDepth(40.0),
         seed: 8,
         overlap: 0.75,
-        view: View { yfov_deg: 34.0, sun_elevation_deg: 35.0, sun_azimuth_deg: 125.0, ..View::of(&shape) },
+        view: View { yfov_deg: 34.0, sun_elevation_deg: 38.0, sun_azimuth_deg: 85.0, ..View::of(&shape) },
         settings: settings(json!({
-            "accuracy": { "target": 0.09, "peak_truncation_deg": 20.0 },
+            "accuracy": { "target": 0.1, "peak_truncation_deg": 20.0 },
             "image": { "resolution": [320, 180] },
-            "background": { "radiance": [0.07, 0.13, 0.26] },
+            "background": { "radiance": [0.06, 0.12, 0.25] },
         })),
         ..Recipe::new(shape)
     })
@@ -80,7 +80,7 @@ pub fn steam() -> Result<Value, Box<dyn Error>> {
         view: View { camera: Some(camera), sun_elevation_deg: 28.0, sun_azimuth_deg: 27.0, ..View::default() },
         settings: settings(json!({
             "atmosphere": { "scattering_per_m": 0.05, "depth_m": 9.0, "step_m": 0.5, "phase": "hg:0.6" },
-            "accuracy": { "target": 0.35, "peak_truncation_deg": 8.0 },
+            "accuracy": { "target": 0.2, "peak_truncation_deg": 8.0 },
             "effects": { "glow": "off", "air-multiple": "off" },
             "image": { "resolution": [480, 270] },
             "background": { "radiance": [0.008, 0.011, 0.018] },

@@ -13,7 +13,7 @@ use super::document::{Sphere, View, add_points, without_fog};
 /// opposite: so drops show it as a glint of the rainbow's colours where they would be a part of the bow. Sunlight as the
 /// mean over a drop's disc would only hide that.
 pub fn drop() -> Value {
-    let view = View { position_m: DVec3::new(0.0, 0.0, 7e-3), direction: DVec3::NEG_Z, yfov_deg: 25.0 };
+    let view = View { position_m: DVec3::new(0.0, 0.0, 7e-3), direction: DVec3::NEG_Z, yfov_deg: 20.0 };
     let [sun_longitude, sun_latitude] = SUN_DEG.map(f64::to_radians);
     let mut scene = without_fog(
         &view,
@@ -22,7 +22,7 @@ pub fn drop() -> Value {
             "background": { "image": MEADOW },
             "spectral": { "mode": "bands:12" },
             "effects": { "direct": "off", "multiple": "off" },
-            "accuracy": { "target": 0.12 },
+            "accuracy": { "target": 0.06 },
             "image": { "resolution": [480, 270] },
         }),
     );
