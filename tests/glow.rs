@@ -8,14 +8,15 @@ use std::f64::consts::PI;
 use common::*;
 use glam::DVec3;
 use mie_cloud::mie;
+use mie_cloud::optics::DropletClass;
 use mie_cloud::optics::material::Material;
 use mie_cloud::optics::phase_function::PhaseFunction;
 use mie_cloud::optics::phase_model::PhaseModel;
 use mie_cloud::plan;
-use mie_cloud::scene::model::Scene;
+use mie_cloud::scene::model::{Particle, Scene};
 use mie_cloud::scene::settings::{AirPhase, Effect, Switch};
 use mie_cloud::spectrum::SpectralMode;
-use mie_cloud::transport::GlowProbe;
+use mie_cloud::transport::{GlowProbe, Prepared};
 use rand::{RngExt, SeedableRng};
 
 type Rng = rand_pcg::Pcg64Mcg;
@@ -26,7 +27,14 @@ enum Spread {
     Even,
     /// In twenty balls of a tenth of the cube.
     Puffs,
+    /// In such puffs, of three sizes each.
+    OwnSizes,
+    /// In such puffs, each with a phase function of its own.
+    OwnPhases,
 }
+
+/// Balls in which droplets are.
+const PUFFS: usize = 20;
 
 fn in_cube(rng: &mut Rng) -> DVec3 {
     DVec3::new(rng.random(), rng.random(), rng.random()) - 0.5
@@ -43,14 +51,27 @@ fn cloud(n: usize, n_bins: usize, spread: Spread) -> Scene {
     with_air(&mut scene, 0.1, 0.05, 10.0, 0.5);
     scene.settings.atmosphere.phase = AirPhase::HenyeyGreenstein { g: 0.7 };
     let drawn_m = (0.1 / (n as f64 * PI)).sqrt();
-    let puffs: Vec<DVec3> = (0..20).map(|_| 0.9 * in_cube(&mut rng)).collect();
+    let puffs: Vec<DVec3> = (0..PUFFS).map(|_| 0.9 * in_cube(&mut rng)).collect();
     let size_m = |i: usize| 2e-6 * 10f64.powf((i % n_bins) as f64 / n_bins as f64);
+    if let Spread::OwnPhases = spread {
+        let g = |puff: usize| 0.3 + 0.65 * puff as f64 / PUFFS as f64;
+        let own = |puff| DropletClass {
+            phase: PhaseModel::HenyeyGreenstein { g: Some(g(puff)) },
+            ..scene.classes[0].clone()
+        };
+        scene.classes = (0..PUFFS).map(own).collect();
+    }
     let one = |i: usize| {
+        let puff = rng.random_range(0..PUFFS);
         let center_m = match spread {
             Spread::Even => in_cube(&mut rng),
-            Spread::Puffs => puffs[rng.random_range(0..puffs.len())] + 0.05 * in_ball(&mut rng),
+            _ => puffs[puff] + 0.05 * in_ball(&mut rng),
         };
-        droplet(center_m, drawn_m, if n_bins == 1 { 5e-6 } else { size_m(i) })
+        match spread {
+            Spread::OwnSizes => droplet(center_m, drawn_m, size_m(3 * puff + i % 3)),
+            Spread::OwnPhases => Particle { class: puff as u16, ..droplet(center_m, drawn_m, 5e-6) },
+            _ => droplet(center_m, drawn_m, if n_bins == 1 { 5e-6 } else { size_m(i) }),
+        }
     };
     scene.particles = (0..n).map(one).collect();
     scene.suns = vec![sun(DVec3::new(0.3, -1.0, -0.2))];
@@ -58,33 +79,49 @@ fn cloud(n: usize, n_bins: usize, spread: Spread) -> Scene {
 }
 
 /// RMS and 99th percentile of the cut's relative error at points within the cloud, around it and far from it.
-fn errors(scene: Scene, tolerance: f64, n_points: usize) -> (f64, f64) {
-    let prepared = prepare(scene, &BTreeMap::new());
+fn errors(prepared: &Prepared, tolerance: f64, n_points: usize) -> (f64, f64, u64) {
     let ctx = prepared.context();
     let mut probe = GlowProbe::new(&ctx).expect("it glows");
     let mut rng = Rng::seed_from_u64(7);
+    let mut evaluations = 0;
     let mut errors: Vec<f64> = (0..n_points)
         .map(|i| {
             let point = in_cube(&mut rng) * [1.0, 2.0, 8.0][i % 3];
             let view = in_ball(&mut rng).normalize();
-            let (cut, _) = probe.by_cut(point, view, tolerance);
+            let (cut, looked_at) = probe.by_cut(point, view, tolerance);
+            evaluations += looked_at;
             (cut[0] / probe.exact(point, view)[0] - 1.0).abs()
         })
         .collect();
     errors.sort_by(f64::total_cmp);
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / n_points as f64).sqrt();
-    (rms, errors[n_points * 99 / 100])
+    (rms, errors[n_points * 99 / 100], evaluations / n_points as u64)
 }
 
+/// Spreads of droplets with the number of their sizes.
+const CLOUDS: [(Spread, usize); 6] = [
+    (Spread::Even, 1),
+    (Spread::Even, 60),
+    (Spread::Puffs, 1),
+    (Spread::Puffs, 60),
+    (Spread::OwnSizes, 60),
+    (Spread::OwnPhases, 1),
+];
+
 fn hold_to_tolerance(n: usize, n_points: usize) {
-    for spread in [Spread::Even, Spread::Puffs] {
-        for n_bins in [1, 60] {
-            for tolerance in [0.01, 0.05] {
-                let (rms, p99) = errors(cloud(n, n_bins, spread), tolerance, n_points);
-                println!("{n} {spread:?} {n_bins} bins, {tolerance}: RMS {rms:.5}, p99 {p99:.5}");
-                assert!(rms <= tolerance, "{n} {spread:?} {n_bins} bins: RMS {rms} of {tolerance}");
-                assert!(p99 <= 2.0 * tolerance, "{n} {spread:?} {n_bins} bins: p99 {p99} of {tolerance}");
-            }
+    for (spread, n_bins) in CLOUDS {
+        // Of smooth phase functions side by side few large nodes are off in one direction; docs/validation.md says by how much.
+        let tolerances: &[f64] = if let Spread::OwnPhases = spread { &[0.05] } else { &[0.01, 0.05] };
+        for &tolerance in tolerances {
+            let mut scene = cloud(n, n_bins, spread);
+            scene.settings.accuracy.glow_tolerance = Some(tolerance);
+            let prepared = prepare(scene, &BTreeMap::new());
+            let (rms, p99, evaluations) = errors(&prepared, tolerance, n_points);
+            println!(
+                "{n} {spread:?} {n_bins} bins, {tolerance}: RMS {rms:.5}, p99 {p99:.5}, {evaluations} evaluations"
+            );
+            assert!(rms <= tolerance, "{n} {spread:?} {n_bins} bins: RMS {rms} of {tolerance}");
+            assert!(p99 <= 2.0 * tolerance, "{n} {spread:?} {n_bins} bins: p99 {p99} of {tolerance}");
         }
     }
 }
@@ -95,7 +132,7 @@ fn hold_to_tolerance(n: usize, n_points: usize) {
 fn the_cut_keeps_its_tolerance() {
     hold_to_tolerance(100, 1000);
     hold_to_tolerance(1_000, 1000);
-    hold_to_tolerance(10_000, 300);
+    hold_to_tolerance(10_000, 200);
 }
 
 #[test]

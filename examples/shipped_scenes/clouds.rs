@@ -47,25 +47,28 @@ pub fn droplet() -> Result<Value, Box<dyn Error>> {
     })
 }
 
-/// A fair-weather cumulus, a kilometre wide, under a blue sky.
+/// A fair-weather cumulus, more than a kilometre wide, under a blue sky, the sun to the left. Light that droplets turn
+/// by less than 20 degrees goes on as if it had met none: of a thick cloud that keeps the looks and saves most of the time.
 pub fn cumulus() -> Result<Value, Box<dyn Error>> {
+    let shape = CloudShape::new("cumulus", &[1200.0, 700.0, 1000.0])?;
     of_cloud(&Recipe {
-        count: 9_000,
+        count: 12_000,
         kind: ParticleKind::Parcel,
-        content: Content::OpticalDepth(20.0),
-        seed: 4,
-        overlap: 0.8,
+        content: Content::OpticalDepth(40.0),
+        seed: 8,
+        overlap: 0.75,
+        view: View { yfov_deg: 34.0, sun_elevation_deg: 38.0, sun_azimuth_deg: 85.0, ..View::of(&shape) },
         settings: settings(json!({
-            "accuracy": { "target": 0.12 },
-            "image": { "resolution": [480, 270] },
-            "background": { "radiance": [0.08, 0.14, 0.27] },
+            "accuracy": { "target": 0.1, "peak_truncation_deg": 20.0 },
+            "image": { "resolution": [320, 180] },
+            "background": { "radiance": [0.06, 0.12, 0.25] },
         })),
-        ..Recipe::new(CloudShape::new("cumulus", &[1000.0])?)
+        ..Recipe::new(shape)
     })
 }
 
-/// A puff of steam in a dusty room, the sun falling in through four windows. The walls are fog so thick that no light
-/// comes through; light that is scattered more than once is left out, which would take minutes in them.
+/// A puff of steam in a dusty room, the sun falling in through four windows. The walls are black fog so thick that no light
+/// comes through. What the steam sends into the air and the air to the steam is left out: dust is thin.
 pub fn steam() -> Result<Value, Box<dyn Error>> {
     let camera = CameraPlacement { position_m: [0.6, 0.0, 4.2], target_m: [0.2, 0.2, 0.0] };
     let mut scene = of_cloud(&Recipe {
@@ -77,9 +80,10 @@ pub fn steam() -> Result<Value, Box<dyn Error>> {
         view: View { camera: Some(camera), sun_elevation_deg: 28.0, sun_azimuth_deg: 27.0, ..View::default() },
         settings: settings(json!({
             "atmosphere": { "scattering_per_m": 0.05, "depth_m": 9.0, "step_m": 0.5, "phase": "hg:0.6" },
-            "accuracy": { "target": 0.12 },
-            "effects": { "multiple": "off", "glow": "off", "air-multiple": "off" },
-            "background": { "radiance": [0.003, 0.004, 0.006] },
+            "accuracy": { "target": 0.2, "peak_truncation_deg": 8.0 },
+            "effects": { "glow": "off", "air-multiple": "off" },
+            "image": { "resolution": [480, 270] },
+            "background": { "radiance": [0.008, 0.011, 0.018] },
         })),
         ..Recipe::new(CloudShape::new("puff", &[1.5, 1.9, 1.5])?)
     })?;
@@ -94,6 +98,7 @@ fn wall_with_windows(z: f64, [sill, lintel]: [f64; 2], windows: &[[f64; 2]]) -> 
         center_m: [0.5 * (left + right), 0.5 * (low + high), z],
         size_m: [right - left, high - low, 0.1],
         extinction_per_m: 3000.0,
+        albedo: Some(0.0),
     };
     let lefts = std::iter::once(-EDGE).chain(windows.iter().map(|window| window[1]));
     let rights = windows.iter().map(|window| window[0]).chain([EDGE]);

@@ -49,18 +49,54 @@ pub fn without_fog(view: &View, sunlight: DVec3, settings: Value) -> Value {
     })
 }
 
+/// A droplet, in the units of its node.
+pub struct Sphere {
+    pub center: [f32; 3],
+    pub radius: f32,
+}
+
+/// Adds droplets as points with radii under a node of the given scale.
+pub fn add_points(document: &mut Value, name: &str, scale: f64, spheres: &[Sphere]) {
+    let centers = spheres.iter().flat_map(|sphere| sphere.center);
+    let bytes: Vec<u8> = centers.chain(spheres.iter().map(|sphere| sphere.radius)).flat_map(f32::to_le_bytes).collect();
+    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes));
+    let buffer = push(document, "buffers", json!({ "byteLength": bytes.len(), "uri": uri }));
+    let split = 12 * spheres.len();
+    let view = |offset: usize, length: usize| json!({ "buffer": buffer, "byteOffset": offset, "byteLength": length, "target": 34962 });
+    let centers = push(document, "bufferViews", view(0, split));
+    let radii = push(document, "bufferViews", view(split, bytes.len() - split));
+    let ends = |pick: fn(f32, f32) -> f32| {
+        let fold = |axis: usize| spheres.iter().map(|sphere| sphere.center[axis]).reduce(pick);
+        [0, 1, 2].map(fold)
+    };
+    let accessor = |view: usize, kind: &str| json!({ "bufferView": view, "componentType": 5126, "count": spheres.len(), "type": kind });
+    let mut positions = accessor(centers, "VEC3");
+    (positions["min"], positions["max"]) = (json!(ends(f32::min)), json!(ends(f32::max)));
+    let positions = push(document, "accessors", positions);
+    let radii = push(document, "accessors", accessor(radii, "SCALAR"));
+    let primitive = json!({ "mode": 0, "attributes": { "POSITION": positions, "_RADIUS": radii } });
+    let mesh = push(document, "meshes", json!({ "name": name, "primitives": [primitive] }));
+    let node = push(document, "nodes", json!({ "name": name, "mesh": mesh, "scale": [scale, scale, scale] }));
+    push(&mut document["scenes"][0], "nodes", node.into());
+}
+
 /// A box of fog.
 pub struct FogBox {
     pub center_m: [f64; 3],
     pub size_m: [f64; 3],
     pub extinction_per_m: f64,
+    /// What of the light a solid thing gives back, evenly in all directions; none for fog.
+    pub albedo: Option<f64>,
 }
 
 /// Adds boxes of fog, which share the cube's corners.
 pub fn add_fog(document: &mut Value, boxes: &[FogBox]) {
     let cube = add_cube(document);
     for fog in boxes {
-        let mark = json!({ "kind": "fog", "extinction_per_m": fog.extinction_per_m });
+        let mut mark = json!({ "kind": "fog", "extinction_per_m": fog.extinction_per_m });
+        if let Some(albedo) = fog.albedo {
+            (mark["albedo"], mark["phase"]) = (json!(albedo), json!("isotropic"));
+        }
         let mesh = json!({ "name": "fog", "primitives": [cube], "extras": { "mie_cloud": mark } });
         let mesh = push(document, "meshes", mesh);
         let node = json!({ "name": "Fog", "mesh": mesh, "translation": fog.center_m, "scale": fog.size_m });

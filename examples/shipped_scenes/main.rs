@@ -2,12 +2,14 @@
 
 mod clouds;
 mod document;
+mod drop;
 mod paper;
 mod rings;
 
 use std::error::Error;
 use std::path::Path;
 
+use mie_cloud::image::{Existing, exr};
 use mie_cloud::paper::FIGURES;
 use serde_json::Value;
 
@@ -19,6 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("droplet", clouds::droplet()?),
         ("cumulus", clouds::cumulus()?),
         ("steam", clouds::steam()?),
+        ("drop", drop::drop()),
         ("fogbow", rings::fogbow()),
         ("glory", rings::glory()),
         ("corona", rings::corona()),
@@ -36,5 +39,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{}: {} kB", path.display(), text.len() / 1000);
         std::fs::write(&path, text)?;
     }
+    exr::write(&Path::new(&folder).join(drop::MEADOW), &drop::meadow(), Existing::Replace)?;
     Ok(())
 }

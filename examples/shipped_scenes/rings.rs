@@ -24,7 +24,8 @@ pub fn fogbow() -> Value {
             "background": { "radiance": [0.0015, 0.0025, 0.004] },
         }),
     );
-    let fog = FogBox { center_m: [0.0, 30.0, -125.0], size_m: [900.0, 60.0, 250.0], extinction_per_m: 0.0012 };
+    let fog =
+        FogBox { center_m: [0.0, 30.0, -125.0], size_m: [900.0, 60.0, 250.0], extinction_per_m: 0.0012, albedo: None };
     add_fog(&mut scene, &[fog]);
     scene
 }
@@ -40,7 +41,12 @@ pub fn glory() -> Value {
             "accuracy": { "target": 0.03 },
         }),
     );
-    let fog = FogBox { center_m: [0.0, -1000.0, -840.0], size_m: [2000.0, 100.0, 2000.0], extinction_per_m: 0.0007 };
+    let fog = FogBox {
+        center_m: [0.0, -1000.0, -840.0],
+        size_m: [2000.0, 100.0, 2000.0],
+        extinction_per_m: 0.0007,
+        albedo: None,
+    };
     add_fog(&mut scene, &[fog]);
     scene
 }
@@ -58,7 +64,12 @@ pub fn corona() -> Value {
             "background": { "radiance": [0.004, 0.007, 0.012] },
         }),
     );
-    let fog = FogBox { center_m: [0.0, 1000.0, -1428.0], size_m: [3000.0, 60.0, 3000.0], extinction_per_m: 0.0003 };
+    let fog = FogBox {
+        center_m: [0.0, 1000.0, -1428.0],
+        size_m: [3000.0, 60.0, 3000.0],
+        extinction_per_m: 0.0003,
+        albedo: None,
+    };
     add_fog(&mut scene, &[fog]);
     scene
 }
@@ -77,7 +88,12 @@ pub fn rainbow() -> Value {
             "background": { "radiance": [0.002, 0.0025, 0.0035] },
         }),
     );
-    let rain = FogBox { center_m: [0.0, 150.0, -800.0], size_m: [4000.0, 300.0, 1200.0], extinction_per_m: 0.0002 };
+    let rain = FogBox {
+        center_m: [0.0, 150.0, -800.0],
+        size_m: [4000.0, 300.0, 1200.0],
+        extinction_per_m: 0.0002,
+        albedo: None,
+    };
     add_fog(&mut scene, &[rain]);
     scene
 }

@@ -107,6 +107,16 @@ impl BlurTable {
         self.levels[index].spot(h)
     }
 
+    /// Number of entries of all tables.
+    pub fn len(&self) -> usize {
+        self.lead.len()
+    }
+
+    /// The functions of all entries, one row per entry.
+    pub fn into_values(self) -> Vec<f32> {
+        self.values
+    }
+
     /// Number of entries of the sharp table.
     pub fn sharp_len(&self) -> usize {
         2 * self.levels[0].per_side as usize

@@ -8,6 +8,7 @@
 use super::Glow;
 use super::blur::Spot;
 use super::exact::DRAWN_SUNS;
+use super::mixture::SKETCH;
 use super::sources::LEAF;
 use super::tree::Octet;
 
@@ -19,6 +20,10 @@ const SHAPE_ERROR: f32 = 0.4;
 /// Estimated error that is allowed per error that is asked for: true errors scatter about the estimate, and one in a
 /// hundred sums may be off by twice the tolerance. Calibrated with it.
 const CAUTION: f64 = 0.2;
+
+/// The same for what many nodes have in common, the part of their phase functions that the mixture leaves (112): known at
+/// its RMS over all angles.
+const COMMON_CAUTION: f64 = 0.4;
 
 /// What may be off by more than this is opened however little it brings: estimates of such are no good.
 const MOST_RELATIVE: f32 = 0.3;
@@ -137,17 +142,35 @@ impl Cut {
                     largest = largest.max(item.error);
                 }
             }
-            let wanted = CAUTION * f64::from(tolerance) * sum;
+            let wanted = f64::from(tolerance) * sum;
+            let mut error = square.sqrt() / CAUTION;
+            if error <= wanted {
+                error = self.common_rest(glow) / COMMON_CAUTION;
+            }
             limit = largest;
-            if square.sqrt() <= wanted || largest == 0.0 {
+            if error <= wanted || largest == 0.0 {
                 break;
             }
             // Errors above this make up the excess; halving at least, so that passes are few.
-            limit = (0.5 * largest).min(largest * (wanted / square.sqrt()) as f32);
+            limit = (0.5 * largest).min(largest * (wanted / error) as f32);
             self.open(glow, limit);
             self.walk(glow, eye, limit);
         }
         limit
+    }
+
+    /// What the remainders of all nodes come to if all are seen at one angle (112).
+    fn common_rest(&self, glow: &Glow) -> f64 {
+        if glow.tree.sketches.is_empty() {
+            return 0.0;
+        }
+        let mut sum = [0.0f32; SKETCH];
+        for item in self.items.iter().filter(|item| !item.is_leaf) {
+            let row = glow.tree.octets[item.node as usize / LEAF].rows as usize + item.node as usize % LEAF;
+            let sketch = &glow.tree.sketches[row * SKETCH..(row + 1) * SKETCH];
+            sum.iter_mut().zip(sketch).for_each(|(sum, s)| *sum += item.light * s);
+        }
+        sum.iter().map(|s| f64::from(*s).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Fills `items` with the cut of a given error per node.
@@ -215,9 +238,8 @@ impl Cut {
             return;
         }
         let (item, spread) = weigh(glow, eye, octet, looked, place, k);
-        let variance = spread + glow.remainder;
         let shape = shape_error(spread);
-        let relative2 = variance * octet.graininess[k] + shape * shape;
+        let relative2 = spread * octet.graininess[k] + octet.rest[k] + shape * shape;
         let error = relative2.sqrt() * item.light;
         if error > limit || relative2 > MOST_RELATIVE * MOST_RELATIVE {
             self.stack.push(octet.child[k]);

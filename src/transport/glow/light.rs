@@ -1,9 +1,10 @@
 //! From the nodes of a cut to light by wavelength.
 
 use super::Glow;
+use super::blur::Spot;
 use super::cut::{Eye, Item, turn};
 use super::sources::LEAF;
-use crate::accel::{Accel, Body};
+use crate::accel::Accel;
 use crate::transport::lighting::Lighting;
 
 impl Glow {
@@ -22,7 +23,16 @@ impl Glow {
         let n = self.n_wavelengths;
         let (octet, k) = (&self.tree.octets[item.node as usize / LEAF], item.node as usize % LEAF);
         let (row, n_mixes) = (octet.rows as usize + k, self.mixture.rank() - 1);
-        let colours = &self.tree.colours[row * self.suns.len() * n..(row + 1) * self.suns.len() * n];
+        let n_colours = self.suns.len() * n;
+        let mut is_known = false;
+        for (bin, colours) in self.tree.bins(row, n_colours) {
+            is_known = true;
+            self.add_bin(eye, item, bin, colours, out);
+        }
+        if is_known {
+            return;
+        }
+        let colours = &self.tree.colours[row * n_colours..(row + 1) * n_colours];
         let mixes = &self.tree.mixes[row * n_mixes..(row + 1) * n_mixes];
         for (s, colours) in colours.chunks_exact(n).enumerate() {
             let spot = self.spot_of(eye, item, s);
@@ -38,6 +48,16 @@ impl Glow {
         }
     }
 
+    /// Adds what the droplets of one bin bring to a node.
+    fn add_bin(&self, eye: &Eye, item: &Item, bin: usize, colours: &[f32], out: &mut [f64]) {
+        for (s, colours) in colours.chunks_exact(self.n_wavelengths).enumerate() {
+            let spot = self.spot_of(eye, item, s);
+            for (w, out) in out.iter_mut().enumerate() {
+                *out += f64::from(item.factor * self.air_of(item, w) * colours[w] * self.bin_phase(bin, spot, w));
+            }
+        }
+    }
+
     fn add_source(&self, accel: &Accel, lighting: &Lighting, eye: &Eye, item: &Item, out: &mut [f64]) {
         let n = self.n_wavelengths;
         let slot = self.slot_of(item);
@@ -47,7 +67,7 @@ impl Glow {
         for (s, sun) in lighting.suns.iter().enumerate() {
             let spot = self.spot_of(eye, item, s);
             for (w, out) in out.iter_mut().enumerate() {
-                let phase = f64::from(item.factor * self.air_of(item, w) * self.bin_phase(body, spot, w));
+                let phase = f64::from(item.factor * self.air_of(item, w) * self.bin_phase(body.bin(), spot, w));
                 *out += phase * per_scale * row[w] * sun.irradiance[w] * f64::from(lit[s * n + w]);
             }
         }
@@ -55,18 +75,17 @@ impl Glow {
 
     /// A bin's own phase function at a spot.
     #[inline]
-    fn bin_phase(&self, body: &Body, spot: super::blur::Spot, w: usize) -> f32 {
+    fn bin_phase(&self, bin: usize, spot: Spot, w: usize) -> f32 {
         let n = self.n_wavelengths;
-        let sharp = self.phases.sharp_len();
         let entry = spot.entry as usize;
-        if !self.bin_phases.is_empty() && entry + 1 < sharp {
-            let i = (body.bin() * sharp + entry) * n + w;
-            let (low, high) = (self.bin_phases[i], self.bin_phases[i + n]);
+        if entry + 1 < self.bin_phases.n_entries {
+            let i = (bin * self.bin_phases.n_entries + entry) * n + w;
+            let (low, high) = (self.bin_phases.values[i], self.bin_phases.values[i + n]);
             return low + spot.part * (high - low);
         }
         let (low, high) = self.phases.rows(spot);
         let at = |i: usize| low[i] + spot.part * (high[i] - low[i]);
-        let deviations = self.mixture.coefficients(body.bin()).iter().enumerate();
+        let deviations = self.mixture.coefficients(bin).iter().enumerate();
         let phase = at(w) + deviations.map(|(r, c)| c * at((r + 1) * n + w)).sum::<f32>();
         phase.max(0.0)
     }
@@ -86,7 +105,7 @@ impl Glow {
 
     /// Where a sun's scattering angle is in the tables; the first sun's is known.
     #[inline(always)]
-    fn spot_of(&self, eye: &Eye, item: &Item, sun: usize) -> super::blur::Spot {
+    fn spot_of(&self, eye: &Eye, item: &Item, sun: usize) -> Spot {
         if sun == 0 {
             return item.spot;
         }

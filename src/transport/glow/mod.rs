@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use self::blur::{BlurTable, step_for};
 use self::mixture::Mixture;
 use self::sources::{OpticalRows, Slot, SunShare, amount_of, drawn_radius_m, own_variance_m2};
-use self::tree::{Summary, Tree, sort_for_tree};
+use self::tree::{Remainders, Summary, Tree, sort_for_tree};
 use super::lighting::Lighting;
 use super::media::Media;
 use crate::accel::Accel;
@@ -37,6 +37,9 @@ pub use self::probe::GlowProbe;
 
 /// Numbers of sharp phase tables that are kept bin by bin; beyond, single droplets too are told apart by deviations.
 const MOST_TABLED: usize = 1 << 24;
+
+/// Relative error for which exact sums describe phase functions; they use them only to choose.
+const EXACT: f64 = 0.01;
 
 /// Where fog is in full shade at the points that were tried, it still counts this much when parts of the sum are
 /// chosen: other points of it may be lit.
@@ -67,13 +70,10 @@ pub struct Glow {
     mixture: Mixture,
     phases: BlurTable,
     air: BlurTable,
-    /// Sharp phase functions of single bins on the grid of `phases`, wavelengths running fastest; may be empty.
-    bin_phases: Vec<f32>,
+    bin_phases: BinPhases,
     suns: Vec<GlowSun>,
     n_wavelengths: usize,
     extinction_per_unit: f32,
-    /// Remaining variance of a droplet's phase function.
-    remainder: f32,
     /// Middle of the sources in the cloud's frame, m, and the tree's unit of length.
     middle: DVec3,
     unit_m: f64,
@@ -113,7 +113,8 @@ impl Glow {
         sort_for_tree(&mut items);
         let n_in_tree = items.len();
         let slots: Vec<Slot> = items.into_iter().map(|(_, slot)| slot).chain(singles).collect();
-        let mixture = Mixture::new(media, &scattering_by_bin(accel, media, &rows, &slots));
+        let error = if tolerance > 0.0 { tolerance } else { EXACT };
+        let mixture = Mixture::new(media, &scattering_by_bin(accel, media, &rows, &slots), error);
         let step_rad = media_step(media);
         let n = media.n_wavelengths();
         let shares = &lighting.luminance_weights;
@@ -125,12 +126,11 @@ impl Glow {
         let mut glow = Self {
             sun_share: SunShare::new(accel, media, lighting, &slots, shadows),
             tree: Tree::default(),
-            bin_phases: bin_phases(media, &phases),
+            bin_phases: BinPhases::new(media, &phases, step_rad),
             air: air_table(lighting),
             suns: suns(lighting),
             n_wavelengths: n,
             extinction_per_unit: (lighting.air.extinction_per_m * unit_m) as f32,
-            remainder: if mixture.rank() > 1 || media.n_bins() > 1 { mixture.remainder as f32 } else { 0.0 },
             is_plain: n == 1 && lighting.suns.len() == 1 && media.n_bins() == 1,
             scale: scattering_m2 / (unit_m * unit_m),
             near_m: 0.0,
@@ -146,7 +146,8 @@ impl Glow {
             shadows,
         };
         let summarise = |slot: usize| glow.summarise(accel, media, lighting, scattering_m2, slot);
-        let (tree, root) = Tree::build(glow.n_in_tree, &summarise);
+        let remainders = Remainders { single: glow.mixture.remainder, negligible: glow.mixture.negligible };
+        let (tree, root) = Tree::build(glow.n_in_tree, remainders, &summarise);
         glow.tree = tree;
         glow.near_m = root.map_or(0.0, |root| glow.choose_near(n_droplets, &root));
         Some(glow)
@@ -176,7 +177,7 @@ impl Glow {
     pub fn bytes(&self) -> usize {
         self.tree.bytes()
             + size_of_val(&self.slots[..])
-            + size_of_val(&self.bin_phases[..])
+            + size_of_val(&self.bin_phases.values[..])
             + self.sun_share.bytes()
             + self.phases.bytes()
             + self.air.bytes()
@@ -193,12 +194,17 @@ impl Glow {
         let full: f64 = if is_fog { self.full_light(accel, lighting, slot) / scattering_m2 } else { 0.0 };
         let weight = lit.max(LEAST_LIT * full);
         let variance = own_variance_m2(accel, body) / (self.unit_m * self.unit_m);
+        // Where the mixture is good, bins need not be known; nor where they have no tables.
+        let has_bins = self.bin_phases.is_blurred && !self.mixture.sketch(body.bin()).is_empty();
+        let bins = if has_bins { vec![(body.bin() as u32, colour.clone())] } else { Vec::new() };
         Summary {
             weight,
             center: (body.center - self.middle) / self.unit_m,
             moment: 3.0 * variance * weight,
             squares: if is_fog { 0.0 } else { weight * weight },
             reach: drawn_radius_m(media, body) / self.unit_m,
+            sketch: self.mixture.sketch(body.bin()).iter().map(|s| f64::from(*s) * weight).collect(),
+            bins,
             colour,
             mix: self.mixture.coefficients(body.bin()).iter().map(|c| f64::from(*c) * weight).collect(),
         }
@@ -301,15 +307,35 @@ fn air_table(lighting: &Lighting) -> BlurTable {
     })
 }
 
-/// Sharp phase functions bin by bin, if they are few enough.
-fn bin_phases(media: &Media, phases: &BlurTable) -> Vec<f32> {
-    let n = media.n_wavelengths();
-    if media.n_bins() < 2 || media.n_bins() * n * phases.sharp_len() > MOST_TABLED {
-        return Vec::new();
+/// Phase functions of single bins on the grid of the mixture's, wavelengths running fastest.
+struct BinPhases {
+    /// Entries per bin: all, the sharp ones, or none, as memory allows.
+    n_entries: usize,
+    /// Whether all entries are there.
+    is_blurred: bool,
+    values: Vec<f32>,
+}
+
+impl BinPhases {
+    fn new(media: &Media, phases: &BlurTable, step_rad: f64) -> Self {
+        let (n_bins, n) = (media.n_bins(), media.n_wavelengths());
+        let fits = |n_entries: usize| n_bins >= 2 && n_bins * n * n_entries <= MOST_TABLED;
+        let eval = |bin: usize, h: f64, out: &mut [f64]| {
+            out.iter_mut().zip(media.phase(bin)).for_each(|(out, phase)| *out = phase.eval(h));
+        };
+        let of_all = |one: &(dyn Fn(usize) -> Vec<f32> + Sync)| -> Vec<f32> {
+            (0..n_bins).into_par_iter().map(one).collect::<Vec<_>>().concat()
+        };
+        if fits(phases.len()) {
+            let one = |bin: usize| BlurTable::new(step_rad, n, &[], |h, out| eval(bin, h, out)).into_values();
+            return Self { n_entries: phases.len(), is_blurred: true, values: of_all(&one) };
+        }
+        if fits(phases.sharp_len()) {
+            let h: Vec<f64> = phases.sharp_h().collect();
+            let at = |bin: usize, h: f64| media.phase(bin).iter().map(move |phase| phase.eval(h) as f32);
+            let one = |bin: usize| h.iter().flat_map(|h| at(bin, *h)).collect();
+            return Self { n_entries: phases.sharp_len(), is_blurred: false, values: of_all(&one) };
+        }
+        Self { n_entries: 0, is_blurred: false, values: Vec::new() }
     }
-    let h: Vec<f64> = phases.sharp_h().collect();
-    let one =
-        |bin: usize| h.iter().flat_map(move |h| media.phase(bin).iter().map(move |p| p.eval(*h) as f32)).collect();
-    let tables: Vec<Vec<f32>> = (0..media.n_bins()).into_par_iter().map(one).collect();
-    tables.concat()
 }

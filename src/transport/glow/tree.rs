@@ -7,6 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::mixture::SKETCH;
 use super::sources::{LEAF, Slot};
 
 /// Eight nodes side by side: children of one node, or single sources.
@@ -21,6 +22,9 @@ pub(super) struct Octet {
     pub weight: [f32; LEAF],
     /// 1 / n.
     pub graininess: [f32; LEAF],
+    /// Variance of the phase function's remainder over its square: at least that of single droplets over n, who sample their
+    /// fringes.
+    pub rest: [f32; LEAF],
     /// Octets, or slots of sources.
     pub child: [u32; LEAF],
     /// Where the rows of its nodes stand.
@@ -42,6 +46,22 @@ pub(super) struct Summary {
     pub colour: Vec<f64>,
     /// Deviations of the phase function, times weight.
     pub mix: Vec<f64>,
+    /// Sketch of the phase function's remainder, times weight; empty where all remainders are little.
+    pub sketch: Vec<f64>,
+    /// The size bins and what each scatters by sun and wavelength; none where they are too many.
+    pub bins: Vec<(u32, Vec<f64>)>,
+}
+
+/// Size bins of a node that are kept one by one, at most.
+const MOST_BINS: usize = 4;
+
+/// Variances of what the mixture leaves of phase functions, over their squares.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Remainders {
+    /// Of single droplets.
+    pub single: f64,
+    /// Up to which a node of few bins need not be known by these.
+    pub negligible: f64,
 }
 
 /// The tree; rows of colours and deviations stand apart, one per node, by octet and place in it.
@@ -50,8 +70,15 @@ pub(super) struct Tree {
     pub octets: Vec<Octet>,
     pub colours: Vec<f32>,
     pub mixes: Vec<f32>,
+    /// Sketches of remainders; empty where all are little.
+    pub sketches: Vec<f32>,
+    /// Where the bins begin of every node that is known by its bins, and where they end: mostly nothing.
+    bins_of: Vec<[u32; 2]>,
+    bins: Vec<u32>,
+    bin_colours: Vec<f32>,
     /// Nodes above single sources.
     n_inner: usize,
+    remainders: Remainders,
 }
 
 /// Sorts positions so that every run of eight, sixty-four and so on of the tree lies together.
@@ -106,8 +133,12 @@ fn eighths(len: usize) -> Vec<std::ops::Range<usize>> {
 
 impl Tree {
     /// Builds the tree over sorted sources; `summarise` describes one of them.
-    pub fn build(n_sources: usize, summarise: &impl Fn(usize) -> Summary) -> (Self, Option<Summary>) {
-        let mut tree = Self::default();
+    pub fn build(
+        n_sources: usize,
+        remainders: Remainders,
+        summarise: &impl Fn(usize) -> Summary,
+    ) -> (Self, Option<Summary>) {
+        let mut tree = Self { remainders, ..Self::default() };
         if n_sources == 0 {
             return (tree, None);
         }
@@ -132,6 +163,7 @@ impl Tree {
         }
         if !is_leaf {
             octet.rows = self.store_rows(&children);
+            self.store_bins(&mut octet, &children);
         }
         self.octets[place] = octet;
         (place as u32, merge(&children))
@@ -155,9 +187,51 @@ impl Tree {
         first as u32
     }
 
+    /// What the mixture leaves of the phase functions: sketches, and bins in their place where they are few.
+    fn store_bins(&mut self, octet: &mut Octet, children: &[(u32, Summary)]) {
+        let first = octet.rows as usize;
+        if children.iter().all(|(_, summary)| summary.sketch.is_empty()) {
+            return;
+        }
+        self.sketches.resize((first + LEAF) * SKETCH, 0.0);
+        self.bins_of.resize(first + LEAF, [0; 2]);
+        for (k, (_, summary)) in children.iter().enumerate() {
+            let scale = if summary.weight > 0.0 { 1.0 / summary.weight } else { 0.0 };
+            let rest = summary.sketch.iter().map(|s| (s * scale).powi(2)).sum::<f64>();
+            octet.rest[k] = octet.graininess[k] * self.remainders.single as f32;
+            if rest <= self.remainders.negligible {
+                continue;
+            }
+            if !summary.bins.is_empty() {
+                let start = self.bins.len() as u32;
+                for (bin, colour) in &summary.bins {
+                    self.bins.push(*bin);
+                    self.bin_colours.extend(colour.iter().map(|c| *c as f32));
+                }
+                self.bins_of[first + k] = [start, self.bins.len() as u32];
+                continue;
+            }
+            octet.rest[k] = octet.rest[k].max(rest as f32);
+            let sketch = &mut self.sketches[(first + k) * SKETCH..(first + k + 1) * SKETCH];
+            sketch.iter_mut().zip(&summary.sketch).for_each(|(to, from)| *to = (from * scale) as f32);
+        }
+    }
+
+    /// The bins by which a node is known, with their light by sun and wavelength; none where the mixture does.
+    #[inline]
+    pub fn bins(&self, row: usize, n_colours: usize) -> impl Iterator<Item = (usize, &[f32])> {
+        let [start, end] = self.bins_of.get(row).map_or([0; 2], |range| range.map(|i| i as usize));
+        let colours = self.bin_colours[start * n_colours..end * n_colours].chunks_exact(n_colours);
+        self.bins[start..end].iter().map(|bin| *bin as usize).zip(colours)
+    }
+
     /// Memory, bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.octets[..]) + size_of_val(&self.colours[..]) + size_of_val(&self.mixes[..])
+        let rows = [&self.colours, &self.mixes, &self.sketches, &self.bin_colours];
+        size_of_val(&self.octets[..])
+            + rows.map(|rows| size_of_val(&rows[..])).iter().sum::<usize>()
+            + size_of_val(&self.bins_of[..])
+            + size_of_val(&self.bins[..])
     }
 }
 
@@ -195,7 +269,25 @@ fn merge(children: &[(u32, Summary)]) -> Summary {
         reach: children.iter().map(|(_, c)| c.reach + (c.center - center).length()).fold(0.0, f64::max),
         colour: sum(&|child| &child.colour),
         mix: sum(&|child| &child.mix),
+        sketch: sum(&|child| &child.sketch),
+        bins: merge_bins(children),
     }
+}
+
+/// The bins of all children, if they are few and known.
+fn merge_bins(children: &[(u32, Summary)]) -> Vec<(u32, Vec<f64>)> {
+    let mut all: Vec<(u32, Vec<f64>)> = Vec::new();
+    if children.iter().any(|(_, child)| child.bins.is_empty()) {
+        return all;
+    }
+    for (bin, colour) in children.iter().flat_map(|(_, child)| &child.bins) {
+        match all.iter().position(|(known, _)| known == bin) {
+            Some(i) => all[i].1.iter_mut().zip(colour).for_each(|(sum, c)| *sum += c),
+            None if all.len() == MOST_BINS => return Vec::new(),
+            None => all.push((*bin, colour.clone())),
+        }
+    }
+    all
 }
 
 #[cfg(test)]
@@ -213,8 +305,10 @@ mod tests {
                 reach: 0.0,
                 colour: vec![1.0],
                 mix: vec![],
+                sketch: vec![],
+                bins: vec![],
             };
-            let (tree, root) = Tree::build(len, &one);
+            let (tree, root) = Tree::build(len, Remainders::default(), &one);
             let leaves: Vec<usize> = tree.octets.iter().filter(|o| o.is_leaf).map(|o| usize::from(o.count)).collect();
             assert_eq!(leaves.iter().sum::<usize>(), len);
             assert_eq!(leaves.len(), len.div_ceil(LEAF), "{len}: {leaves:?}");
