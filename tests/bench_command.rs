@@ -20,7 +20,7 @@ fn effects_are_measured_and_the_plan_is_judged() {
     let bench = Bench::with_cloud();
     let said = bench
         .ok("bench effects cloud.glb --resolution 12x8 --spp 4 --effects -multiple --set background.radiance=1e4 \
-         --set atmosphere.scattering_per_m=1e-9 --csv e.csv --json e.json");
+         --set atmosphere.scattering_per_m=1e-9 --csv e.csv --json e.json --to-target --repeat 2");
     assert_says(&said, &["effect", "background", "right: needed", "by hand", "right: not needed", "within the target"]);
     let report = bench.json("e.json");
     assert_eq!(report["rows"].as_array().map(Vec::len), Some(11));
@@ -32,7 +32,8 @@ fn effects_are_measured_and_the_plan_is_judged() {
     assert_eq!(row(&report, "effect", "multiple")["verdict"], "by_hand");
     let refraction = row(&report, "effect", "refraction");
     assert_eq!((&refraction["verdict"], rms(refraction, "change")), (&Value::from("rightly_off"), 0.0));
-    assert!(report["cpu_planned_s"].as_f64().is_some_and(|cpu_s| cpu_s > 0.0));
+    assert!(report["same_samples"]["ratio"]["median"].as_f64().is_some_and(|ratio| ratio > 0.0));
+    assert!(report["to_target"]["planned_spp"].as_u64().is_some_and(|spp| spp > 0), "{}", report["to_target"]);
     let csv = text(&bench.read("e.csv"));
     assert_eq!(csv.lines().count(), 12, "{csv}");
     assert!(csv.lines().all(|line| line.split(',').count() == 13), "{csv}");
