@@ -49,7 +49,6 @@ def gltf(lux: float, settings: dict, fog: dict | None = None) -> str:
 
 HAZE = {"atmosphere": {"scattering_per_m": 1e-4, "depth_m": 5000, "step_m": 50, "phase": "hg:0.7"}}
 NIGHT = {"background": {"radiance": [0.02, 0.03, 0.06]}, "droplets": {"distribution": "gamma:reff=6um,veff=0.1"}}
-SPRAY = "--shape ball --size 0.2m --count 2000 --kind droplets --distribution gamma:reff=30um,veff=0.1"
 
 # Name; what is generated, a scene's text, or a shipped scene; flags on it. Shipped scenes switch effects off by hand so that
 # their first pictures are quick: here the plan decides about all.
@@ -62,7 +61,6 @@ CASES = [
     ("empty sky with haze", gltf(1e5, HAZE), []),
     ("fogbow", "fogbow.gltf", ["--effects", "auto"]),
     ("night, background only", gltf(0.0, NIGHT, {"extinction_per_m": 0.05}), []),
-    ("spray", SPRAY, []),
 ]
 
 

@@ -100,3 +100,31 @@ fn a_reference_may_come_from_elsewhere() {
     assert_says(&bench.fails(1, "bench effects cloud.glb --json gone/e.json"), &["gone"]);
     assert_says(&bench.fails(3, "bench effects gone.glb"), &["gone.glb"]);
 }
+
+/// A single size has fringes finer than eight bands, which dominate where the noise is low; a spread of sizes has none.
+#[test]
+fn the_summary_names_what_dominates_the_error() {
+    let bench = Bench::with_cloud();
+    bench.ok("generate -o many.glb --count 30 --size 2m --optical-depth 1 --distribution gamma:reff=5um,veff=0.1 -q");
+    let error = |scene: &str, spp: u32| {
+        let line =
+            format!("render {scene} -o a.exr --resolution 12x8 --set spectral.mode=bands:8 --spp {spp} --stats a.json");
+        let said = bench.run(&line);
+        let error = bench.json("a.json")["error"].clone();
+        let first = error["parts"][0].clone();
+        assert_says(&text(&said.stderr), &["estimated error", "most of it", first["knob"].as_str().expect("a knob")]);
+        let squares: f64 = error["parts"]
+            .as_array()
+            .expect("parts")
+            .iter()
+            .map(|p| p["error"].as_f64().expect("an error").powi(2))
+            .sum();
+        assert!((error["total"].as_f64().expect("a total") / squares.sqrt() - 1.0).abs() < 1e-9, "{error}");
+        (first["knob"].as_str().map(str::to_owned), error)
+    };
+    assert_eq!(error("many.glb", 4).0.as_deref(), Some("spp"));
+    assert_eq!(error("cloud.glb", 512).0.as_deref(), Some("bands"));
+    let (_, smooth) = error("many.glb", 64);
+    let bands = smooth["parts"].as_array().expect("parts").iter().find(|part| part["knob"] == "bands");
+    assert!(bands.and_then(|part| part["error"].as_f64()).is_some_and(|e| e < 0.02), "{smooth}");
+}

@@ -20,7 +20,7 @@ use crate::transport::RayCounts;
 use crate::transport::need::Need;
 
 /// Counts that take more memory than this are asked for first, bytes.
-const ASK_ABOVE_BYTES: u64 = 2 << 30;
+const ASK_ABOVE_BYTES: u64 = 1 << 30;
 
 /// Pictures whose means are further apart than this many standard errors are not the same.
 const SAME_WITHIN: f64 = 4.0;

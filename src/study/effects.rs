@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::difference::Difference;
+use super::machine::Machine;
 use super::particles::Spread;
 use super::trial::{Shots, Trial};
 use crate::plan::{Decision, SHARE_OF_TARGET};
@@ -118,6 +119,8 @@ pub struct Row {
 /// All effects, and the plan as a whole.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// Where times were measured.
+    pub machine: Machine,
     /// Target relative error of the picture.
     pub target: f64,
     /// An effect is on where it may change the picture by more than this.
@@ -163,6 +166,7 @@ pub fn measure(trial: &Trial, setup: &Setup, done: &mut dyn FnMut(&Row)) -> Resu
     let race = |until| race(&planned, &all, until, setup);
     let until_noise = Until::Noise { target: trial.target(), at_most: MOST_SPP };
     Ok(Report {
+        machine: Machine::here(),
         target: trial.target(),
         threshold,
         spp: setup.spp,

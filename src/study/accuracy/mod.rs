@@ -15,6 +15,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::difference::{Difference, Pixels, noise_between};
+use super::machine::Machine;
 use super::trial::{Shots, Trial};
 use crate::transport::{PrepareError, Until};
 
@@ -75,6 +76,8 @@ pub struct Row {
 /// All rows of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// Where times were measured.
+    pub machine: Machine,
     /// Where the reference is from.
     pub reference: String,
     /// Width and height of the pictures, pixels.
@@ -136,7 +139,7 @@ pub fn measure(
     let prices = TARGETS.iter().map(|target| price::cheapest(&finest, &rows, *target)).collect();
     let reference = external.map_or_else(|| "the finest settings".to_owned(), |external| external.name.clone());
     let resolution = trial.scene.settings.image.resolution;
-    Ok(Report { reference, resolution, finest, rows, without_effect, prices })
+    Ok(Report { machine: Machine::here(), reference, resolution, finest, rows, without_effect, prices })
 }
 
 /// The reference, and what is rendered against it.
