@@ -33,9 +33,9 @@ fn slab(depth: f64) -> Scene {
 
 #[test]
 fn optical_depths_of_a_slab_are_those_of_its_fog() {
-    for depth in [1e-6, 0.1, 5.0] {
+    for depth in [1e-6, 0.1, 5.0f64] {
         let facts = SceneFacts::of(&slab(depth));
-        let taken = -(-depth as f64).exp_m1();
+        let taken = -(-depth).exp_m1();
         let close =
             |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-6, "{value}, not {expected}");
         close(facts.cover, taken);
