@@ -20,7 +20,7 @@ fn effects_are_measured_and_the_plan_is_judged() {
     let bench = Bench::with_cloud();
     let said = bench
         .ok("bench effects cloud.glb --resolution 12x8 --spp 4 --effects -multiple --set background.radiance=1e4 \
-         --set atmosphere.scattering_per_m=1e-9 --csv e.csv --json e.json");
+         --set atmosphere.scattering_per_m=1e-9 --csv e.csv --json e.json --to-target --repeat 2");
     assert_says(&said, &["effect", "background", "right: needed", "by hand", "right: not needed", "within the target"]);
     let report = bench.json("e.json");
     assert_eq!(report["rows"].as_array().map(Vec::len), Some(11));
@@ -32,7 +32,8 @@ fn effects_are_measured_and_the_plan_is_judged() {
     assert_eq!(row(&report, "effect", "multiple")["verdict"], "by_hand");
     let refraction = row(&report, "effect", "refraction");
     assert_eq!((&refraction["verdict"], rms(refraction, "change")), (&Value::from("rightly_off"), 0.0));
-    assert!(report["cpu_planned_s"].as_f64().is_some_and(|cpu_s| cpu_s > 0.0));
+    assert!(report["same_samples"]["ratio"]["median"].as_f64().is_some_and(|ratio| ratio > 0.0));
+    assert!(report["to_target"]["planned_spp"].as_u64().is_some_and(|spp| spp > 0), "{}", report["to_target"]);
     let csv = text(&bench.read("e.csv"));
     assert_eq!(csv.lines().count(), 12, "{csv}");
     assert!(csv.lines().all(|line| line.split(',').count() == 13), "{csv}");
@@ -98,4 +99,32 @@ fn a_reference_may_come_from_elsewhere() {
     assert_says(&bench.fails(2, "bench accuracy cloud.glb --knobs size_bin"), &["size_bins"]);
     assert_says(&bench.fails(1, "bench effects cloud.glb --json gone/e.json"), &["gone"]);
     assert_says(&bench.fails(3, "bench effects gone.glb"), &["gone.glb"]);
+}
+
+/// A single size has fringes finer than eight bands, which dominate where the noise is low; a spread of sizes has none.
+#[test]
+fn the_summary_names_what_dominates_the_error() {
+    let bench = Bench::with_cloud();
+    bench.ok("generate -o many.glb --count 30 --size 2m --optical-depth 1 --distribution gamma:reff=5um,veff=0.1 -q");
+    let error = |scene: &str, spp: u32| {
+        let line =
+            format!("render {scene} -o a.exr --resolution 12x8 --set spectral.mode=bands:8 --spp {spp} --stats a.json");
+        let said = bench.run(&line);
+        let error = bench.json("a.json")["error"].clone();
+        let first = error["parts"][0].clone();
+        assert_says(&text(&said.stderr), &["estimated error", "most of it", first["knob"].as_str().expect("a knob")]);
+        let squares: f64 = error["parts"]
+            .as_array()
+            .expect("parts")
+            .iter()
+            .map(|p| p["error"].as_f64().expect("an error").powi(2))
+            .sum();
+        assert!((error["total"].as_f64().expect("a total") / squares.sqrt() - 1.0).abs() < 1e-9, "{error}");
+        (first["knob"].as_str().map(str::to_owned), error)
+    };
+    assert_eq!(error("many.glb", 4).0.as_deref(), Some("spp"));
+    assert_eq!(error("cloud.glb", 512).0.as_deref(), Some("bands"));
+    let (_, smooth) = error("many.glb", 64);
+    let bands = smooth["parts"].as_array().expect("parts").iter().find(|part| part["knob"] == "bands");
+    assert!(bands.and_then(|part| part["error"].as_f64()).is_some_and(|e| e < 0.02), "{smooth}");
 }

@@ -208,17 +208,27 @@ fn what_is_generated_in_any_shape_kind_and_form_can_be_rendered() {
 #[test]
 fn bench_particles_gives_a_table_and_a_csv() {
     let bench = Bench::new();
-    let table = bench.ok("bench particles --counts 1e3,2e3 --csv a.csv");
-    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(rows.len(), 3, "{table}");
+    let output = bench.run("bench particles --counts 2e3,1e3 --repeat 1 --csv a.csv --json a.json --plot a.svg");
+    let (table, said) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(table.lines().count(), 3, "{table}");
+    assert_says(&said, &["processors", "threads", "the same picture at each count"]);
     let csv = text(&bench.read("a.csv"));
     let records: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(records, rows, "the same numbers");
+    assert_eq!(records.len(), 3, "{csv}");
+    let report = bench.json("a.json");
+    assert_eq!(report["rows"][1]["count"], 2000);
+    assert!(report["machine"]["threads"].as_u64().is_some_and(|n| n > 0) && report["stopped"].is_null());
+    assert_eq!(report["columns"][1]["particles"], 2000.0);
+    assert_says(&text(&bench.read("a.svg")), &["<svg", "render", "shadow", "1e3 to 2e3 droplets"]);
     assert!(records.iter().all(|record| record.len() == records[0].len()));
     assert!(records[1..].iter().flatten().all(|cell| cell.parse::<f64>().is_ok()), "{csv}");
     assert_eq!((records[1][0], records[2][0]), ("1000", "2000"));
     assert_says(&bench.fails(2, "bench particles --counts many"), &["--counts", "many"]);
     bench.fails(1, "bench particles --counts 1e3 --csv gone/a.csv");
+    // So many need gigabytes that nobody has agreed to.
+    let output = bench.run("bench particles --counts 2e7 --json b.json");
+    assert_says(&text(&output.stderr), &["stopped before", "add --yes"]);
+    assert_says(bench.json("b.json")["stopped"].as_str().expect("a reason"), &["GiB"]);
 }
 
 #[test]

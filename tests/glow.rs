@@ -436,6 +436,8 @@ fn glow_is_planned_by_what_it_can_change() {
         plan.decisions.into_iter().find(|decision| decision.effect == Effect::Glow).unwrap()
     };
     let mut scene = cloud(100, 1, Spread::Even);
+    // A picture that shows the droplets: in one of air alone, glow is the same share of the airlight however thin the air.
+    scene.camera = orthographic(DVec3::new(0.0, 0.0, 10.0), 1.5);
     let thick = decide(&scene, 0.05);
     assert!(thick.on && thick.reason.contains('%'), "{thick:?}");
     scene.settings.atmosphere.scattering_per_m = 1e-6;

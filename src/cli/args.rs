@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::bench_args::{AccuracyArgs, MeasureArgs};
+use super::bench_args::{AccuracyArgs, EffectsArgs};
 use super::generate_args::GenerateArgs;
 use super::help;
 use super::manual::{CompletionsArgs, ManArgs};
@@ -80,7 +80,7 @@ pub enum BenchCommand {
     /// Times generation, tree, tables and rendering against the number of particles
     Particles(BenchParticlesArgs),
     /// Switches each effect of a scene on and off: time, change of the picture, and whether the plan was right
-    Effects(MeasureArgs),
+    Effects(EffectsArgs),
     /// Sweeps every knob of accuracy against the finest settings: error, time, memory, and the cheapest settings
     Accuracy(AccuracyArgs),
 }
@@ -244,10 +244,10 @@ pub struct InspectArgs {
 #[derive(Debug, Args)]
 pub struct BenchParticlesArgs {
     /// Particle counts, separated by commas
-    #[arg(long, value_name = "LIST", default_value = "1e3,1e4,1e5,1e6", value_parser = parse_count, value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", default_value = "1e3,1e4,1e5,1e6,1e7", value_parser = parse_count, value_delimiter = ',')]
     pub counts: Vec<u64>,
-    /// Repeats of each count; the median is shown
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
+    /// Repeats of each count, each with a cloud of its own; medians are shown
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub repeat: u32,
     /// Writes the table as CSV
     #[arg(long, value_name = "FILE.csv")]
@@ -255,6 +255,18 @@ pub struct BenchParticlesArgs {
     /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub memory_limit: Option<u64>,
+    /// Writes every run as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// Draws times and rays per second over the count
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// Uses much memory without asking
+    #[arg(short, long)]
+    pub yes: bool,
+    /// Threads [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 #[derive(Debug, Args)]

@@ -11,9 +11,8 @@ use super::render::{cache_folder, in_thread_pool};
 use super::scene::print_warnings;
 use crate::image::exr;
 use crate::image::file::{Existing, write_atomically};
-use crate::study::accuracy::{External, Knob, Report, Row, TARGETS, measure};
+use crate::study::accuracy::{External, Knob, Report, Row, Setup, TARGETS, measure};
 use crate::study::difference::Pixels;
-use crate::study::effects::Setup;
 use crate::study::plot::{Line, Point, price_plot};
 use crate::warning::Warning;
 
@@ -27,7 +26,8 @@ fn run_here(args: &AccuracyArgs) -> Result<u8, Failure> {
     let external = external(args)?;
     let trial = trial(&args.measure)?;
     let cache = if args.measure.no_cache { None } else { cache_folder() };
-    let setup = Setup { spp: args.measure.spp, seed: args.measure.seed, cache: cache.as_deref() };
+    let setup =
+        Setup { spp: args.measure.spp, seed: args.measure.seed, cache: cache.as_deref(), targets: &args.targets };
     let knobs: BTreeSet<Knob> = args.knobs.iter().copied().collect();
     let knobs = if knobs.is_empty() { Knob::ALL.iter().map(|(knob, _)| *knob).collect() } else { knobs };
     let mut out = std::io::stdout().lock();

@@ -40,13 +40,29 @@ pub struct MeasureArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct EffectsArgs {
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+    /// Times that the planned picture and the one with everything on are rendered in turns, to compare their times
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub repeat: u32,
+    /// Compares their times also until the noise is at the target
+    #[arg(long)]
+    pub to_target: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct AccuracyArgs {
     #[command(flatten)]
     pub measure: MeasureArgs,
-    /// Knobs, separated by commas: spp, bands, size_bins, angle_tolerance, march_step, glow_tolerance, order, phase, target
+    /// Knobs, separated by commas: spp, bands, size_bins, angle_tolerance, peak_truncation,
+    /// size_parameter_cap, march_step, glow_tolerance, order, phase, target
     /// [default: all that matter in the scene]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub knobs: Vec<Knob>,
+    /// Targets of the knob `target`, separated by commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse_accuracy, default_value = "0.1,0.05,0.02")]
+    pub targets: Vec<f64>,
     /// OpenEXR picture to compare with [default: a render at the finest settings]
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::bench_args::MeasureArgs;
+use super::bench_args::{EffectsArgs, MeasureArgs};
 use super::failure::Failure;
 use super::memory::MemoryLimit;
 use super::progress::Verbosity;
@@ -14,21 +14,23 @@ use super::scene::{load_scene, print_warnings};
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::spectrum::SpectralSampling;
 use crate::study::difference::Difference;
-use crate::study::effects::{Report, Row, Setup, measure};
+use crate::study::effects::{Race, Report, Row, Setup, measure};
 use crate::study::trial::Trial;
 use crate::transport::need::{Held, Need};
 use crate::transport::{RenderRequest, Spectral, Until};
 
 /// Runs `bench effects`.
-pub fn run(args: &MeasureArgs) -> Result<u8, Failure> {
-    in_thread_pool(args.threads, || run_here(args))?
+pub fn run(args: &EffectsArgs) -> Result<u8, Failure> {
+    in_thread_pool(args.measure.threads, || run_here(args))?
 }
 
-fn run_here(args: &MeasureArgs) -> Result<u8, Failure> {
+fn run_here(args: &EffectsArgs) -> Result<u8, Failure> {
+    let EffectsArgs { measure: args, repeat, to_target } = args;
     check_outputs([&args.csv, &args.json])?;
     let trial = trial(args)?;
     let cache = if args.no_cache { None } else { cache_folder() };
-    let setup = Setup { spp: args.spp, seed: args.seed, cache: cache.as_deref() };
+    let setup =
+        Setup { spp: args.spp, seed: args.seed, cache: cache.as_deref(), repeat: *repeat, to_target: *to_target };
     let mut out = std::io::stdout().lock();
     let mut printed = writeln!(out, "{}", line(&TITLES.map(String::from)));
     let report = measure(&trial, &setup, &mut |row| {
@@ -158,10 +160,26 @@ fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     };
     writeln!(
         out,
-        "the plan's picture against everything on: {}, {held}, in {:.2} of the processor time",
+        "the plan's picture against everything on: {}, {held}, in {} of the processor time",
         percent(everything),
-        report.cpu_planned_s / report.cpu_everything_s.max(1e-9)
+        ratio(&report.same_samples)
+    )?;
+    let Some(race) = &report.to_target else { return Ok(()) };
+    writeln!(
+        out,
+        "until the noise is {} %: {} of the processor time; {:.3} CPU s and {} spp, everything on {:.3} CPU s and {} spp",
+        100.0 * report.target,
+        ratio(race),
+        race.planned_s.median,
+        race.planned_spp,
+        race.everything_s.median,
+        race.everything_spp
     )
+}
+
+/// A ratio of times with its spread over the turns.
+fn ratio(race: &Race) -> String {
+    format!("{:.2} ({:.2} to {:.2})", race.ratio.median, race.ratio.least, race.ratio.greatest)
 }
 
 fn write_csv(report: &Report, out: &mut dyn Write) -> std::io::Result<()> {

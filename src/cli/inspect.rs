@@ -17,6 +17,9 @@ use crate::transport::need::{Held, Need};
 use crate::transport::{RenderRequest, Spectral, Until};
 use crate::units::format_bytes;
 
+/// Larger estimates are shown as this: they say no more.
+const MOST_SHOWN: f64 = 1e3;
+
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let effects =
@@ -116,7 +119,8 @@ fn print(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &Spectr
     writeln!(out, "picture     {width}x{height}, {}", sampling.mode())?;
     for decision in &plan.decisions {
         let state = if decision.on { "on " } else { "off" };
-        writeln!(out, "effect      {state} {:<12} {}", decision.effect.name(), decision.reason)?;
+        let estimate = decision.estimate.map_or("-".into(), |e| format!("{:.3} %", 100.0 * e.min(MOST_SHOWN)));
+        writeln!(out, "effect      {state} {:<12} {estimate:>12}  {}", decision.effect.name(), decision.reason)?;
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! The command line: arguments in, exit code out. Data go to stdout, everything else to stderr.
 
 mod args;
-mod bench;
 mod bench_accuracy;
 mod bench_args;
 mod bench_effects;
+mod bench_particles;
 mod checkpoint;
 mod diff;
 mod effects;
@@ -87,7 +87,7 @@ fn dispatch(command: Command) -> Result<u8, Failure> {
         Command::Generate(args) => with_threads(|| generate::run(&args)),
         Command::Mie(args) => with_threads(|| mie::run(&args)),
         Command::Inspect(args) => with_threads(|| inspect::run(&args)),
-        Command::Bench(BenchCommand::Particles(args)) => with_threads(|| bench::particles(&args)),
+        Command::Bench(BenchCommand::Particles(args)) => bench_particles::run(&args),
         Command::Bench(BenchCommand::Effects(args)) => bench_effects::run(&args),
         Command::Bench(BenchCommand::Accuracy(args)) => bench_accuracy::run(&args),
         Command::Diff(args) => with_threads(|| diff::run(&args)),

@@ -8,7 +8,7 @@ use super::failure::Failure;
 use crate::image::file::{Existing, write_atomically};
 use crate::plan::EffectPlan;
 use crate::scene::settings::Effect;
-use crate::transport::{Prepared, RenderOutcome, RenderRequest};
+use crate::transport::{ErrorEstimate, ErrorPart, Prepared, RenderOutcome, RenderRequest};
 use crate::warning::Warning;
 
 /// Seconds spent in each stage.
@@ -77,12 +77,27 @@ impl Stats<'_> {
             },
             "rays_per_second": self.rays_per_second(),
             "noise": if self.noise.is_finite() { json!(self.noise) } else { Value::Null },
+            "error": self.error(),
             "peak_rss_bytes": self.peak_rss_bytes,
             "geometry_bytes": prepared.accel.geometry_bytes(),
             "bvh_bytes": prepared.accel.tree_bytes(),
             "table_bytes": prepared.counts.table_bytes,
             "warnings": self.warnings.iter().map(|warning| warning.to_string()).collect::<Vec<_>>(),
         })
+    }
+
+    fn estimate(&self) -> ErrorEstimate {
+        ErrorEstimate::new(self.plan, self.prepared, self.noise)
+    }
+
+    /// The estimated error and its parts, the largest first; null before noise is known.
+    fn error(&self) -> Value {
+        let estimate = self.estimate();
+        let part = |part: &ErrorPart| json!({ "knob": part.knob, "what": part.what, "error": part.error });
+        match self.noise.is_finite() {
+            true => json!({ "total": estimate.total(), "parts": estimate.parts.iter().map(part).collect::<Vec<_>>() }),
+            false => Value::Null,
+        }
     }
 
     /// One loop simulates all effects together, so their seconds are not known apart: null.
@@ -104,12 +119,13 @@ impl Stats<'_> {
         let [_, _, width, height] = request.crop;
         let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
         let noise = if self.noise.is_finite() { format!("{:.2} %", 100.0 * self.noise) } else { "unknown".into() };
+        let error = if self.noise.is_finite() { self.estimate().line() + "\n" } else { String::new() };
         let boxes = match counts.fog_boxes {
             0 => String::new(),
             n => format!(" and {}", amount(n, "fog box", "fog boxes")),
         };
         format!(
-            "{}: {width}x{height}, {} spp, noise {noise}\n\
+            "{}: {width}x{height}, {} spp, noise {noise}\n{error}\
              {}{boxes} in {}, {}\n\
              peak memory {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
              time: {:.2} s; load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}\n\

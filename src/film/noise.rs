@@ -29,7 +29,7 @@ impl Spread {
 /// The noise of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard error of the luminance, RMS over pixels, relative to its mean.
+    /// Standard error, RMS over pixels and R, G, B, relative to the mean luminance.
     pub relative: f64,
     /// How uncertain its square is: the relative standard error of the sum of variances.
     pub uncertainty: f64,
@@ -47,9 +47,9 @@ pub(super) fn mean_variance(pixel: &[f64], c: usize) -> f64 {
     (scatter / independent).max(0.0)
 }
 
-/// Variance of the mean luminance, the channels' errors being taken as fully correlated.
-fn luminance_variance(pixel: &[f64]) -> f64 {
-    luminance(|c| mean_variance(pixel, c).sqrt()).powi(2)
+/// Variance of the mean, averaged over R, G and B: what a picture's error is measured by.
+fn channel_variance(pixel: &[f64]) -> f64 {
+    (0..3).map(|c| mean_variance(pixel, c)).sum::<f64>() / 3.0
 }
 
 /// Degrees of freedom of a pixel's variance: its blocks less one, had they one length (theory (94)).
@@ -72,7 +72,7 @@ impl Film {
                 return Noise { relative: f64::INFINITY, uncertainty: f64::INFINITY };
             }
             mean += luminance(|c| pixel[slot::BEAUTY + c] / pixel[slot::COUNT]);
-            let of_pixel = luminance_variance(pixel);
+            let of_pixel = channel_variance(pixel);
             variance += of_pixel;
             // The variance of a variance of normal deviates is 2 / degrees of freedom of its square.
             of_variance += of_pixel * of_pixel * 2.0 / freedom;
@@ -91,7 +91,7 @@ impl Film {
             for (x, y) in self.tile(tile).pixels() {
                 let pixel = self.pixel(x, y);
                 let of_parity = &mut spreads[(x + y) % 2];
-                of_parity.variance_sum += luminance_variance(pixel) * pixel[slot::COUNT];
+                of_parity.variance_sum += channel_variance(pixel) * pixel[slot::COUNT];
                 of_parity.samples += pixel[slot::COUNT] as u64;
                 of_parity.pixels += 1;
             }

@@ -4,12 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::optics::DropletClass;
-use crate::scene::model::{FogBalls, FogBox, FogDensity, Particle, ParticleKind, Scene};
+use super::areas::BodyAreas;
+use super::picture::Picture;
+use crate::scene::model::{FogBox, Particle, ParticleKind, Scene};
 use crate::scene::resolved::{Resolution, middle_wavelength_m};
-
-/// Extinction efficiency of a droplet that is large against the wavelength (van de Hulst 1957).
-const LARGE_SPHERE_Q_EXT: f64 = 2.0;
 
 /// Rough facts about a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,14 +26,30 @@ pub struct SceneFacts {
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
     pub deepest_optical_depth: f64,
+    /// Share of the light in the picture that droplets take, averaged over the picture.
+    pub cover: f64,
+    /// RMS of that share over its mean, at least 1: how much a change of what droplets send is worth beside a mean over the
+    /// whole picture.
+    pub concentration: f64,
+    /// RMS over the picture of the light that droplets scatter and other droplets meet again, over the mean of what they
+    /// scatter.
+    pub met_again: f64,
+    /// Mean optical depth along the sunlight through the places where droplets meet it, themselves left out.
+    pub sunward_depth: f64,
+    /// Share of the sunlight that would fall on the droplets, did none shade another, that does.
+    pub sunlit: f64,
+    /// Whether any sun shines.
+    pub sun_shines: bool,
+    /// RMS over the picture of what droplets scatter into the air and the air to the camera, over the mean of what both
+    /// scatter to it once; theory (103).
+    pub glow: f64,
 }
 
 impl SceneFacts {
     /// Gathers the facts.
     pub fn of(scene: &Scene) -> Self {
-        let means: Vec<ClassMeans> = scene.classes.iter().map(ClassMeans::of).collect();
-        let known_m2: f64 = scene.particles.iter().map(|p| extinction_area_m2(&means, p)).sum();
-        let area_m2 = known_m2 + fog_balls_area_m2(scene, &means);
+        let areas = BodyAreas::of(scene);
+        let area_m2: f64 = (0..scene.particles.len()).map(|i| areas.of_particle(scene, i)).sum();
         let (min, max) = scene.particles.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
             let r = DVec3::splat(f64::from(p.radius_m));
             (lo.min(p.center_m - r), hi.max(p.center_m + r))
@@ -44,18 +58,21 @@ impl SceneFacts {
         // A convex body's mean projected area is a quarter of its surface (Cauchy).
         let projected_m2 = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
         let particles = if projected_m2 > 0.0 { area_m2 / projected_m2 } else { 0.0 };
-        let boxes: f64 = scene.fog_boxes.iter().map(|b| box_optical_depth(scene, &means, b)).sum();
+        let boxes: f64 = scene.fog_boxes.iter().map(|b| areas.box_optical_depth(scene, b)).sum();
         let glass = glass(scene);
+        let largest_size_parameter = largest_size_parameter(scene);
         let along =
             |depth: f64| if size.min_element() > 0.0 { depth * size.length() / size.min_element() } else { depth };
+        let deepest_optical_depth = along(particles) + boxes;
         Self {
             n_particles: scene.particles.len(),
             n_fog_boxes: scene.fog_boxes.len(),
             n_resolved: glass.0,
             glass_cover: glass.1.min(1.0),
-            largest_size_parameter: largest_size_parameter(scene),
+            largest_size_parameter,
             optical_depth: particles + boxes,
-            deepest_optical_depth: along(particles) + boxes,
+            deepest_optical_depth,
+            ..Picture::of(scene, &areas).facts(scene, largest_size_parameter, deepest_optical_depth)
         }
     }
 
@@ -93,68 +110,4 @@ fn largest_size_parameter(scene: &Scene) -> f64 {
     let of_box = |fog: &FogBox| fog.droplet_radius_m.unwrap_or(effective_m[usize::from(fog.class)]);
     let largest_m = scene.particles.iter().map(of_particle).chain(scene.fog_boxes.iter().map(of_box));
     2.0 * PI * largest_m.fold(0.0, f64::max) / middle_wavelength_m(&scene.settings)
-}
-
-/// What one droplet of a class measures on average.
-struct ClassMeans {
-    area_m2: f64,
-    mass_g: f64,
-}
-
-impl ClassMeans {
-    fn of(class: &DropletClass) -> Self {
-        let law = class.distribution.law();
-        let mass_g = 1e3 * class.material.density_kg_per_m3() * law.mean_volume_m3();
-        Self { area_m2: law.mean_area_m2(), mass_g }
-    }
-
-    /// Means of droplets of one radius, or of the class's distribution.
-    fn with_radius(&self, class: &DropletClass, own_radius_m: Option<f64>) -> Self {
-        let Some(r) = own_radius_m else { return Self { ..*self } };
-        let mass_g = 1e3 * class.material.density_kg_per_m3() * 4.0 / 3.0 * PI * r.powi(3);
-        Self { area_m2: PI * r * r, mass_g }
-    }
-}
-
-/// Extinction cross section of a particle, m^2.
-fn extinction_area_m2(means: &[ClassMeans], particle: &Particle) -> f64 {
-    let radius_m = f64::from(particle.radius_m);
-    let own_radius_m = f64::from(particle.droplet_radius_m);
-    let area_m2 = match particle.kind {
-        ParticleKind::Droplet => PI * radius_m * radius_m,
-        ParticleKind::Parcel if own_radius_m > 0.0 => f64::from(particle.count) * PI * own_radius_m * own_radius_m,
-        ParticleKind::Parcel => f64::from(particle.count) * means[usize::from(particle.class)].area_m2,
-    };
-    LARGE_SPHERE_Q_EXT * area_m2
-}
-
-/// Extinction cross section of balls of fog whose number of droplets is not known yet, m^2.
-fn fog_balls_area_m2(scene: &Scene, means: &[ClassMeans]) -> f64 {
-    let one = |balls: &FogBalls| -> f64 {
-        let ball = |particle: &Particle| {
-            let own = (particle.droplet_radius_m > 0.0).then_some(f64::from(particle.droplet_radius_m));
-            let volume_m3 = 4.0 / 3.0 * PI * f64::from(particle.radius_m).powi(3);
-            volume_m3 * extinction_per_m(scene, means, balls.density, particle.class, own)
-        };
-        scene.particles[balls.particles.clone()].iter().map(ball).sum()
-    };
-    scene.fog_balls.iter().map(one).sum()
-}
-
-/// Optical depth along the longest way through a fog box.
-fn box_optical_depth(scene: &Scene, means: &[ClassMeans], fog: &FogBox) -> f64 {
-    let way_m = 2.0 * (fog.half_edges_m.x_axis + fog.half_edges_m.y_axis + fog.half_edges_m.z_axis).length();
-    way_m * extinction_per_m(scene, means, fog.density, fog.class, fog.droplet_radius_m)
-}
-
-/// Extinction coefficient of fog, 1/m.
-fn extinction_per_m(scene: &Scene, means: &[ClassMeans], density: FogDensity, class: u16, own: Option<f64>) -> f64 {
-    let class = usize::from(class);
-    let droplet = means[class].with_radius(&scene.classes[class], own);
-    let area_m2 = LARGE_SPHERE_Q_EXT * droplet.area_m2;
-    match density {
-        FogDensity::ExtinctionPerM(extinction) => extinction,
-        FogDensity::NumberPerM3(number) => number * area_m2,
-        FogDensity::LiquidWaterGPerM3(mass_g) => mass_g / droplet.mass_g * area_m2,
-    }
 }

@@ -1,7 +1,12 @@
 //! Which effects are simulated, and why: a pure function of scene and settings.
 
+mod air;
+mod areas;
+mod droplets;
 mod facts;
+mod picture;
 mod surroundings;
+mod view;
 
 use std::collections::BTreeMap;
 
@@ -38,6 +43,8 @@ pub struct Switches {
 pub struct Decision {
     /// The effect.
     pub effect: Effect,
+    /// How somebody switched it; `Auto` where the plan decides.
+    pub switch: Switch,
     /// Whether it is simulated.
     pub on: bool,
     /// The reason in words, with the number it rests on.
@@ -51,7 +58,12 @@ pub struct Decision {
 pub struct EffectPlan {
     /// One per effect.
     pub decisions: Vec<Decision>,
+    /// Whether suns are looked at: one shines, or somebody switched `direct` on.
+    pub follows_suns: bool,
 }
+
+/// An estimate of the largest relative change of the picture, and what it rests on.
+type Estimate = (Option<f64>, String);
 
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 pub const SHARE_OF_TARGET: f64 = 0.1;
@@ -65,31 +77,29 @@ pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wa
         let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths, airlight);
         let threshold = SHARE_OF_TARGET * target;
         match switch {
-            Switch::On => Decision { effect: *effect, on: true, reason: "switched on".into(), estimate },
-            Switch::Off => Decision { effect: *effect, on: false, reason: "switched off".into(), estimate },
-            Switch::Auto => Decision { effect: *effect, on: estimate.is_none_or(|e| e > threshold), reason, estimate },
+            Switch::On => Decision { effect: *effect, switch, on: true, reason: "switched on".into(), estimate },
+            Switch::Off => Decision { effect: *effect, switch, on: false, reason: "switched off".into(), estimate },
+            Switch::Auto => {
+                Decision { effect: *effect, switch, on: estimate.is_none_or(|e| e > threshold), reason, estimate }
+            }
         }
     };
-    EffectPlan { decisions: Effect::ALL.iter().map(decide).collect() }
+    let mut plan = EffectPlan { decisions: Effect::ALL.iter().map(decide).collect(), follows_suns: facts.sun_shines };
+    plan.follows_suns |= plan.is_on(Effect::Direct);
+    plan
 }
 
 /// How much an effect could change the picture at most, and on what that rests. `None` always counts as enough.
-fn estimate(
-    effect: Effect,
-    scene: &Scene,
-    facts: &SceneFacts,
-    n_wavelengths: usize,
-    airlight: bool,
-) -> (Option<f64>, String) {
+fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: usize, airlight: bool) -> Estimate {
     let settings = &scene.settings;
     match effect {
+        Effect::Direct | Effect::Airlight | Effect::Glow | Effect::Shadows | Effect::SunDisc if !facts.sun_shines => {
+            (Some(0.0), "no sun shines".into())
+        }
         Effect::Direct if facts.is_empty() => (Some(0.0), "there are no droplets".into()),
         Effect::Direct => (None, format!("optical depth about {:.3}", facts.optical_depth)),
         Effect::Absorption => (None, "costs nothing".into()),
-        Effect::Shadows => (
-            Some(1.0 - (-facts.deepest_optical_depth).exp()),
-            format!("sunlight crosses an optical depth of up to about {:.3}", facts.deepest_optical_depth),
-        ),
+        Effect::Shadows => droplets::shadows(scene, facts, airlight),
         Effect::Airlight if !settings.atmosphere.sunlight => (Some(0.0), "atmosphere.sunlight is off".into()),
         Effect::Airlight => {
             let depth = settings.atmosphere.scattering_per_m * settings.atmosphere.depth_m;
@@ -99,13 +109,10 @@ fn estimate(
         Effect::Background => surroundings::background(scene),
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),
-        Effect::Multiple => (
-            Some(1.0 - (-facts.deepest_optical_depth).exp()),
-            format!("optical depth up to about {:.3}", facts.deepest_optical_depth),
-        ),
-        Effect::Glow => glow(scene, facts, airlight),
-        Effect::AirMultiple => air_multiple(scene, facts),
-        Effect::Refraction => surroundings::refraction(scene, facts),
+        Effect::Multiple => droplets::multiple(scene, facts),
+        Effect::Glow => air::glow(scene, facts),
+        Effect::AirMultiple => air::air_multiple(scene, facts),
+        Effect::Refraction => droplets::refraction(facts),
         Effect::SunDisc => surroundings::sun_disc(scene, facts),
     }
 }
@@ -113,46 +120,6 @@ fn estimate(
 /// Whether an effect is not switched off by anybody.
 fn is_wanted(scene: &Scene, choices: &BTreeMap<Effect, Switch>, effect: Effect) -> bool {
     choices.get(&effect).or_else(|| scene.settings.effects.get(&effect)) != Some(&Switch::Off)
-}
-
-/// Glow against the rest of the picture.
-///
-/// Of the light that the droplets take out of the sun's, c = albedo (1 - exp(-depth)), the air scatters g = 1 - exp(-sigma_s
-/// way) on its way; what is seen besides is the light c of the droplets themselves and, where the sun lights the air, as
-/// much as g. So glow is c g of about c + g, or of c alone (theory (69)).
-fn glow(scene: &Scene, facts: &SceneFacts, airlight: bool) -> (Option<f64>, String) {
-    let air = &scene.settings.atmosphere;
-    if air.scattering_per_m <= 0.0 {
-        return (Some(0.0), "there is no air that scatters".into());
-    }
-    if facts.is_empty() {
-        return (Some(0.0), "there are no droplets to light the air".into());
-    }
-    let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
-    let by_droplets = albedo * -(-facts.deepest_optical_depth).exp_m1();
-    let by_air = -(-air.scattering_per_m * air.depth_m).exp_m1();
-    let lit = if air.sunlight && airlight { by_air } else { 0.0 };
-    let share = if by_droplets > 0.0 { by_droplets * by_air / (by_droplets + lit) } else { 0.0 };
-    let reason = format!(
-        "droplets scatter {:.2} % of the sunlight at an optical depth of up to about {:.3}, the air {:.2} % of that over {} m",
-        100.0 * by_droplets,
-        facts.deepest_optical_depth,
-        100.0 * by_air,
-        air.depth_m
-    );
-    (Some(share), reason)
-}
-
-/// Light that the air scatters between other scatterings, against the rest of the picture.
-///
-/// The air scatters g = 1 - exp(-sigma_s way) of what crosses it. Of sunlight that has been scattered once, by droplets or air, that
-/// is g of the picture; where the sun does not light the air, it takes two collisions with droplets, c g (theory (53)).
-fn air_multiple(scene: &Scene, facts: &SceneFacts) -> (Option<f64>, String) {
-    let air = &scene.settings.atmosphere;
-    let by_air = -(-air.scattering_per_m * air.depth_m).exp_m1();
-    let by_droplets = -(-facts.deepest_optical_depth).exp_m1();
-    let share = if air.sunlight { by_air } else { by_air * by_droplets };
-    (Some(share), format!("the air scatters {:.2} % of what crosses its {} m again", 100.0 * by_air, air.depth_m))
 }
 
 impl Decision {

@@ -1,10 +1,12 @@
-//! How much the background, its refraction by droplets and the size of the sun could change the picture.
+//! How much the background and the size of the sun could change the picture.
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::{Lens, Scene, Sun};
-
-/// An estimate of the largest relative change, and what it rests on.
-type Estimate = (Option<f64>, String);
 
 /// Whether anything lies behind. How bright that is beside what the sun lights is not known before a render: a fog may send the
 /// camera a hundredth of what a white wall would. A background costs no time, so one that is not black is always shown.
@@ -21,59 +23,73 @@ pub(super) fn background(scene: &Scene) -> Estimate {
     (None, format!("radiance {brightest:.3e} lies behind, and costs nothing"))
 }
 
-/// Glass changes the picture where it covers it, as far as there is anything to be seen in it. The error of a picture is a
-/// root mean square, hence the root of the covered share.
-pub(super) fn refraction(scene: &Scene, facts: &SceneFacts) -> Estimate {
-    let air = &scene.settings.atmosphere;
-    let is_bright = scene.settings.background.image.is_some() || scene.settings.background.radiance != [0.0; 3];
-    let others = facts.n_particles + facts.n_fog_boxes > 1;
-    // Where the sun does not light the air, the droplets do.
-    let lit_air = air.scattering_per_m > 0.0;
-    match facts.n_resolved {
-        0 => (Some(0.0), "no droplet is large enough to be seen".into()),
-        n if !(is_bright || others || lit_air) => {
-            (Some(0.0), format!("nothing is to be seen through {n} droplets of glass"))
-        }
-        n => {
-            let reason = format!("{n} droplets of glass cover about {:.3} of the picture", facts.glass_cover);
-            (Some(facts.glass_cover.sqrt()), reason)
-        }
-    }
-}
+/// Radius of the rings about the sun and about the point opposite to it, in 1/x.
+const RINGS: f64 = 3.0;
 
-/// A disc matters where it is seen, and where it blurs what droplets scatter.
+/// How much brighter a glory's rings are than what is about them, at most: 5 at the middle of those of mono-sized droplets.
+const RING_CONTRAST: f64 = 5.0;
+
+/// The forward peak is bright up to about this angle, in 1/x.
+const PEAK: f64 = 10.0;
+
+/// A disc matters where it is seen, and where it blurs what droplets scatter: theory (106).
 pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let diameter_deg = |sun: &Sun| if sun.lux > 0.0 { scene.sun_diameter_deg(sun) } else { 0.0 };
     let largest_deg = scene.suns.iter().map(diameter_deg).fold(0.0, f64::max);
     if largest_deg == 0.0 {
         return (Some(0.0), "the sun is a point".into());
     }
-    if scene.suns.iter().any(|sun| diameter_deg(sun) > 0.0 && is_in_picture(scene, sun)) {
+    let wide = || scene.suns.iter().filter(|sun| diameter_deg(sun) > 0.0);
+    let radius_rad = |sun: &Sun| 0.5 * scene.sun_diameter_deg(sun).to_radians();
+    if wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= radius_rad(sun)) {
         return (None, format!("the sun's disc of {largest_deg} degrees is in the picture"));
     }
-    // The mean of a diffraction peak 1 - (x theta / 2)^2 over a disc of radius a is 1 - (x a)^2 / 8 (theory (78)).
-    let blurred = (facts.largest_size_parameter * 0.5 * largest_deg.to_radians()).powi(2) / 8.0;
+    let (x, a) = (facts.largest_size_parameter, 0.5 * largest_deg.to_radians());
+    let blurred = |width: f64| ((a / width).powi(2) / 8.0).min(1.0);
+    let air = &scene.settings.atmosphere;
+    let shafts = air.scattering_per_m > 0.0 && air.sunlight && !facts.is_empty();
+    let sees_peak = wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= PEAK / x.max(1.0));
+    if sees_peak || shafts {
+        let peak = blurred(1.0 / x);
+        let seen = if shafts { "softens the edges of shafts of light" } else { "is near the picture" };
+        return (
+            Some(peak),
+            format!(
+                "a disc of {largest_deg} degrees {seen}, and lowers the peaks of droplets of size parameter {x:.0} by {peak:.3}"
+            ),
+        );
+    }
+    let bows = blurred(x.powf(-2.0 / 3.0));
+    let sees_glory = wide().any(|sun| beside_picture_rad(scene, sun.direction) <= RINGS / x.max(1.0));
+    let share = (PI * (RINGS / x.max(1.0)).powi(2) / picture_sr(scene)).min(1.0);
+    let glory = if sees_glory { RING_CONTRAST * blurred(1.0 / x) * share.sqrt() } else { 0.0 };
     let reason = format!(
-        "a disc of {largest_deg} degrees lowers the peaks of droplets of size parameter {:.0} by {:.3}",
-        facts.largest_size_parameter,
-        blurred.min(1.0)
+        "a disc of {largest_deg} degrees blurs bows of droplets of size parameter {x:.0} by {bows:.4}, glories by {glory:.4}"
     );
-    (Some(blurred.min(1.0)), reason)
+    (Some(bows.hypot(glory)), reason)
 }
 
-/// Whether any part of a sun's disc may stand in the picture.
-fn is_in_picture(scene: &Scene, sun: &Sun) -> bool {
-    let camera = &scene.camera;
-    let d = camera.world_from_camera.transpose() * -sun.direction;
-    let radius_rad = 0.5 * scene.sun_diameter_deg(sun).to_radians();
-    // The angle from the axis to the picture's corner bounds all that it sees.
-    let corner_rad = match camera.lens {
-        Lens::Orthographic { .. } => 0.0,
+/// Tangents of half the angles that the picture sees across and up; 0 where all rays are parallel.
+fn half_tangents(scene: &Scene) -> [f64; 2] {
+    match scene.camera.lens {
+        Lens::Orthographic { .. } => [0.0; 2],
         Lens::Perspective { yfov_rad, .. } => {
             let [width, height] = scene.settings.image.resolution.map(f64::from);
             let up = (0.5 * yfov_rad).tan();
-            up.hypot(up * width / height).atan()
+            [up * width / height, up]
         }
-    };
-    (-d.z).clamp(-1.0, 1.0).acos() <= corner_rad + radius_rad
+    }
+}
+
+/// Solid angle of the picture, sr, as if it were small; at least that of a ray as wide as the sun's disc.
+fn picture_sr(scene: &Scene) -> f64 {
+    let [across, up] = half_tangents(scene);
+    (4.0 * across * up).max(1e-4)
+}
+
+/// How far a direction lies from what the picture may see, rad; 0 or less inside: the angle from the axis to its corner bounds it.
+fn beside_picture_rad(scene: &Scene, direction: DVec3) -> f64 {
+    let d = scene.camera.world_from_camera.transpose() * direction;
+    let [across, up] = half_tangents(scene);
+    (-d.z).clamp(-1.0, 1.0).acos() - across.hypot(up).atan()
 }

@@ -6,10 +6,15 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::difference::Difference;
+use super::machine::Machine;
+use super::particles::Spread;
 use super::trial::{Shots, Trial};
 use crate::plan::{Decision, SHARE_OF_TARGET};
 use crate::scene::settings::Effect;
 use crate::transport::{PrepareError, Until};
+
+/// Sampling to the target ends here.
+const MOST_SPP: u32 = 65_536;
 
 /// How the measurement is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +25,23 @@ pub struct Setup<'a> {
     pub seed: u64,
     /// A folder for optical tables.
     pub cache: Option<&'a Path>,
+    /// Times that the planned picture and the one with everything are rendered in turns.
+    pub repeat: u32,
+    /// Whether they are also rendered until the noise is at the target.
+    pub to_target: bool,
+}
+
+/// The planned picture and the one with everything, rendered in turns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Race {
+    /// Processor seconds of tree and picture.
+    pub planned_s: Spread,
+    pub everything_s: Spread,
+    /// The first over the second, turn by turn.
+    pub ratio: Spread,
+    /// Samples per pixel, on average.
+    pub planned_spp: u32,
+    pub everything_spp: u32,
 }
 
 /// Whether a decision of the plan holds against the measurement.
@@ -97,6 +119,8 @@ pub struct Row {
 /// All effects, and the plan as a whole.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// Where times were measured.
+    pub machine: Machine,
     /// Target relative error of the picture.
     pub target: f64,
     /// An effect is on where it may change the picture by more than this.
@@ -109,9 +133,10 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// The planned picture against the one with everything on that nobody switched off by hand.
     pub everything: Option<Difference>,
-    /// Processor seconds of the planned picture, and of that with everything.
-    pub cpu_planned_s: f64,
-    pub cpu_everything_s: f64,
+    /// Both with the same samples.
+    pub same_samples: Race,
+    /// Both until the noise is at the target; none where that was not asked for.
+    pub to_target: Option<Race>,
 }
 
 /// Measures every effect of a scene; `done` hears each as it is finished.
@@ -136,16 +161,41 @@ pub fn measure(trial: &Trial, setup: &Setup, done: &mut dyn FnMut(&Row)) -> Resu
         rows.push(row);
     }
     let is_off_by_hand = |effect: Effect| trial.is_by_hand(effect) && !plan.is_on(effect);
-    let everything = shoot(&trial.with_effects(|effect| !is_off_by_hand(effect)))?;
+    let all = trial.with_effects(|effect| !is_off_by_hand(effect));
+    let everything = shoot(&all)?;
+    let race = |until| race(&planned, &all, until, setup);
+    let until_noise = Until::Noise { target: trial.target(), at_most: MOST_SPP };
     Ok(Report {
+        machine: Machine::here(),
         target: trial.target(),
         threshold,
         spp: setup.spp,
         noise: base.noise,
         rows,
         everything: change(&base, &everything),
-        cpu_planned_s: base.took.cpu_s,
-        cpu_everything_s: everything.took.cpu_s,
+        same_samples: race(Until::Samples(setup.spp))?,
+        to_target: setup.to_target.then(|| race(until_noise)).transpose()?,
+    })
+}
+
+/// Renders both in turns, so that what else the machine does meets both alike; every turn has seeds of its own.
+fn race(planned: &Trial, all: &Trial, until: Until, setup: &Setup) -> Result<Race, PrepareError> {
+    let (mut ours, mut theirs, mut spp) = (Vec::new(), Vec::new(), [0.0; 2]);
+    for turn in 0..setup.repeat.max(1) {
+        let seed = setup.seed.wrapping_add(u64::from(turn));
+        let [one, other] = [planned.shoot(&[seed], until, setup.cache)?, all.shoot(&[seed], until, setup.cache)?];
+        ours.push(one.took.cpu_s);
+        theirs.push(other.took.cpu_s);
+        [one.spp, other.spp].iter().zip(&mut spp).for_each(|(n, sum)| *sum += f64::from(*n));
+    }
+    let ratios = ours.iter().zip(&theirs).map(|(a, b)| a / b.max(1e-9));
+    let [planned_spp, everything_spp] = spp.map(|sum| (sum / f64::from(setup.repeat.max(1))).round() as u32);
+    Ok(Race {
+        ratio: Spread::of(ratios),
+        planned_s: Spread::of(ours.iter().copied()),
+        everything_s: Spread::of(theirs.iter().copied()),
+        planned_spp,
+        everything_spp,
     })
 }
 
@@ -180,10 +230,17 @@ fn row(decision: &Decision, by_hand: bool, with: &Shots, without: &Shots, thresh
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::settings::Switch;
 
     #[test]
     fn verdicts_follow_the_measurement_and_admit_noise() {
-        let decision = |on| Decision { effect: Effect::Glow, on, reason: String::new(), estimate: Some(0.1) };
+        let decision = |on| Decision {
+            effect: Effect::Glow,
+            switch: Switch::Auto,
+            on,
+            reason: String::new(),
+            estimate: Some(0.1),
+        };
         let change = |rms: f64, error: f64| Difference { square: rms * rms, square_error: error, ..Default::default() };
         let verdict = |on, change: Difference| Verdict::of(&decision(on), false, Some(&change), 0.005);
         assert_eq!(verdict(true, change(0.1, 1e-6)), Verdict::Needed);

@@ -7,6 +7,7 @@ mod clock;
 mod cloud;
 pub mod difference;
 pub mod effects;
+pub mod machine;
 pub mod mie_report;
 pub mod particles;
 pub mod phase_curve;

@@ -41,7 +41,7 @@ pub struct Shots {
     pub size_bins: usize,
     /// Samples per pixel of one picture.
     pub spp: u32,
-    /// Standard error of the luminance, RMS over pixels, relative to its mean, as the pictures record it.
+    /// Standard error, RMS over pixels and R, G, B, relative to the mean luminance, as the pictures record it.
     pub noise: f64,
 }
 

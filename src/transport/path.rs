@@ -42,8 +42,11 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
             return;
         }
         let sun = pick_sun(ctx, order, random);
-        let layer = if order == 1 { Layer::Direct } else { Layer::Multiple };
-        let sun_depth = add_sunlight(ctx, &ray, sun, Some(layer), random, scratch);
+        let layer = match order {
+            1 => ctx.switches.direct.then_some(Layer::Direct),
+            _ => Some(Layer::Multiple),
+        };
+        let sun_depth = add_sunlight(ctx, &ray, sun, layer, random, scratch);
         if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }

@@ -14,6 +14,7 @@ use super::march::march_steps;
 use super::media::{Absorption, Media};
 use super::place::{bin_areas, bin_plan, place_balls, place_boxes, place_particles};
 use super::sample::RenderContext;
+use super::spectral_error::band_error;
 use crate::accel::Accel;
 use crate::optics::DropletClass;
 use crate::optics::bins::BinPlan;
@@ -28,7 +29,7 @@ use crate::scene::fog::PerDroplet;
 use crate::scene::model::{Camera, ParticleKind, Scene};
 use crate::scene::resolved::Resolution;
 use crate::scene::settings::{Accuracy, AirPhase, Effect};
-use crate::spectrum::SpectralSampling;
+use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::warning::Warning;
 
 /// The wavelength at which scenes give extinction coefficients of fog, m.
@@ -99,6 +100,12 @@ pub struct Prepared {
     pub resolution: [u32; 2],
     /// Most times that light is scattered by droplets; unlimited unless set.
     pub max_order: u32,
+    /// Relative error that was allowed to phase tables.
+    pub angle_tolerance: f64,
+    /// Relative error that is allowed to glow; none where it is not simulated.
+    pub glow_tolerance: Option<f64>,
+    /// Estimated relative error of scattered light for want of wavelengths (theory (105)).
+    pub band_error: f64,
     lobes: Option<ForwardLobes>,
     /// How much there is of everything.
     pub counts: Counts,
@@ -123,12 +130,16 @@ impl Prepared {
         let wavelengths_m = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
         let bins = bin_plan(&scene);
+        let angle_tolerance = table_settings(&scene.settings.accuracy, &[], None).accuracy.angle_tolerance;
         let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
         let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
         let tables = cut_peaks(tables, scene.settings.accuracy.peak_truncation_deg, absorption);
         let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
         let discs = if plan.is_on(Effect::SunDisc) { Discs::Simulated } else { Discs::LeftOut };
-        let lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, &wavelengths_m, cache)?);
+        let mut lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, &wavelengths_m, cache)?);
+        if !plan.follows_suns {
+            lighting.suns.clear();
+        }
         let has_air = lighting.air.extinction_per_m > 0.0;
 
         enter(Stage::Bvh);
@@ -137,7 +148,10 @@ impl Prepared {
         let resolution = plan.is_on(Effect::Refraction).then(|| Resolution::of(&scene));
         let balls = resolution.as_ref().map_or(Vec::new(), |r| place_balls(&scene.particles, &bins, r));
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
-        let lobes = forward_lobes(&media, &bin_areas(&media, &placed, &fog_boxes));
+        let areas_m2 = bin_areas(&media, &placed, &fog_boxes);
+        let lobes = forward_lobes(&media, &areas_m2);
+        let in_bands = matches!(sampling.mode(), SpectralMode::Bands { .. }) && plan.is_on(Effect::Dispersion);
+        let band_error = if in_bands { band_error(&media, &lighting, &areas_m2, !balls.is_empty()) } else { 0.0 };
         let accel = Accel::build(placed, &fog_boxes);
         let is_lit = plan.is_on(Effect::Glow) && lighting.air.scattering_per_m > 0.0;
         let tolerance = glow_tolerance(&scene.settings.accuracy);
@@ -158,6 +172,9 @@ impl Prepared {
             switches: plan.switches(has_air),
             resolution: scene.settings.image.resolution,
             max_order: u32::MAX,
+            angle_tolerance,
+            glow_tolerance: is_lit.then_some(tolerance),
+            band_error,
             lobes,
             counts,
             warnings,

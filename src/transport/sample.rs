@@ -187,7 +187,7 @@ fn add_leg(
     if ctx.switches.airlight || ctx.glow.is_some() {
         march(ctx, ray, random, scratch);
     }
-    if ctx.switches.direct && !scratch.crossings.is_empty() {
+    if (ctx.switches.direct || ctx.switches.multiple) && !scratch.crossings.is_empty() {
         add_path(ctx, ray, random, scratch);
     }
     if ctx.max_air_order > 0 {
@@ -247,7 +247,7 @@ pub(super) fn add_ball_sunlight(
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
-    if !ctx.switches.direct || weight.iter().all(|weight| *weight <= 0.0) {
+    if layer == Layer::Direct && !ctx.switches.direct || weight.iter().all(|weight| *weight <= 0.0) {
         return;
     }
     let layer = scratch.layer(layer);

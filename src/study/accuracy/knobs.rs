@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::optics::phase_model::PhaseModel;
-use crate::plan::EffectPlan;
+use crate::plan::{EffectPlan, SceneFacts};
 use crate::scene::settings::Effect;
 use crate::spectrum::SpectralMode;
 use crate::study::trial::Trial;
@@ -36,6 +36,10 @@ pub enum Knob {
     SizeBins,
     /// Tolerance of phase tables.
     AngleTolerance,
+    /// Angle below which scattering counts as none.
+    PeakTruncation,
+    /// Largest size parameter of phase tables.
+    SizeParameterCap,
     /// Longest step of the march.
     MarchStep,
     /// Tolerance of the glow sum.
@@ -50,11 +54,13 @@ pub enum Knob {
 
 impl Knob {
     /// All knobs with their names.
-    pub const ALL: [(Knob, &'static str); 9] = [
+    pub const ALL: [(Knob, &'static str); 11] = [
         (Knob::Spp, "spp"),
         (Knob::Bands, "bands"),
         (Knob::SizeBins, "size_bins"),
         (Knob::AngleTolerance, "angle_tolerance"),
+        (Knob::PeakTruncation, "peak_truncation"),
+        (Knob::SizeParameterCap, "size_parameter_cap"),
         (Knob::MarchStep, "march_step"),
         (Knob::GlowTolerance, "glow_tolerance"),
         (Knob::Order, "order"),
@@ -92,6 +98,8 @@ pub enum Setting {
     Bands(usize),
     SizeBins(usize),
     AngleTolerance(f64),
+    PeakTruncation(f64),
+    SizeParameterCap(f64),
     MarchStep(f64),
     GlowTolerance(f64),
     Order(u32),
@@ -106,6 +114,8 @@ impl Setting {
             Self::Spp(n) | Self::Order(n) => n.to_string(),
             Self::Bands(n) | Self::SizeBins(n) => n.to_string(),
             Self::AngleTolerance(e) | Self::GlowTolerance(e) | Self::Target(e) => e.to_string(),
+            Self::PeakTruncation(angle_deg) => format!("{angle_deg} deg"),
+            Self::SizeParameterCap(x) => x.to_string(),
             Self::MarchStep(step_m) => format!("{} m", format!("{step_m:.2e}").parse().unwrap_or(*step_m)),
             Self::Phase(model) => model.to_string(),
         }
@@ -118,6 +128,8 @@ impl Setting {
             Self::Bands(n) => format!("--set spectral.mode=bands:{n}"),
             Self::SizeBins(n) => format!("--set droplets.size_bins={n}"),
             Self::AngleTolerance(e) => format!("--set accuracy.angle_tolerance={e}"),
+            Self::PeakTruncation(angle_deg) => format!("--set accuracy.peak_truncation_deg={angle_deg}"),
+            Self::SizeParameterCap(x) => format!("--set accuracy.size_parameter_cap={x}"),
             Self::MarchStep(step_m) => format!("--set atmosphere.step_m={step_m:.3e}"),
             Self::GlowTolerance(e) => format!("--set accuracy.glow_tolerance={e}"),
             Self::Order(n) => format!("--order {n}"),
@@ -135,6 +147,8 @@ impl Setting {
             Self::Bands(count) => settings.spectral_mode = Some(SpectralMode::Bands { count: *count }),
             Self::SizeBins(n) => settings.droplets.size_bins = Some(*n),
             Self::AngleTolerance(tolerance) => settings.accuracy.angle_tolerance = Some(*tolerance),
+            Self::PeakTruncation(angle_deg) => settings.accuracy.peak_truncation_deg = *angle_deg,
+            Self::SizeParameterCap(x) => settings.accuracy.size_parameter_cap = *x,
             Self::MarchStep(step_m) => settings.atmosphere.step_m = *step_m,
             Self::GlowTolerance(tolerance) => settings.accuracy.glow_tolerance = Some(*tolerance),
             Self::Order(n) => trial.max_order = *n,
@@ -162,6 +176,12 @@ impl Setting {
                 [1, 2, 4, 8, 16, 32].into_iter().filter(|n| *n < n_bins).map(Self::SizeBins).collect()
             }
             Knob::AngleTolerance if is_mie => tolerances.map(Self::AngleTolerance).into(),
+            Knob::PeakTruncation if is_mie => [10.0, 5.0, 2.0, 1.0, 0.5, 0.2].map(Self::PeakTruncation).into(),
+            Knob::SizeParameterCap if is_mie => {
+                let largest = SceneFacts::of(scene).largest_size_parameter;
+                let caps = [10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4];
+                caps.into_iter().filter(|x| *x < largest).map(Self::SizeParameterCap).collect()
+            }
             Knob::MarchStep if marches => [1.0, 4.0, 16.0, 64.0].map(|n| Self::MarchStep(air.depth_m / n)).into(),
             Knob::GlowTolerance if plan.is_on(Effect::Glow) && air.scattering_per_m > 0.0 => {
                 tolerances.map(Self::GlowTolerance).into()
@@ -171,7 +191,6 @@ impl Setting {
                 let models = [PhaseModel::Isotropic, PhaseModel::HenyeyGreenstein { g: None }, PhaseModel::HgDraine];
                 models.map(Self::Phase).into()
             }
-            Knob::Target => [0.1, 0.05, 0.02].map(Self::Target).into(),
             _ => Vec::new(),
         }
     }
@@ -186,6 +205,7 @@ pub fn finest(trial: &Trial) -> Trial {
     settings.accuracy.target = Some(FINEST_TARGET);
     settings.accuracy.angle_tolerance = Some(FINEST_ANGLE_TOLERANCE);
     settings.accuracy.glow_tolerance = Some(FINEST_GLOW_TOLERANCE);
+    settings.accuracy.peak_truncation_deg = 0.0;
     settings.droplets.size_bins = Some(FINEST_BINS);
     settings.atmosphere.step_m = settings.atmosphere.step_m.min(settings.atmosphere.depth_m / FINEST_STEPS);
     settings.spectral_mode = Some(match mode {
@@ -210,7 +230,12 @@ pub fn flags(finest: &Trial) -> String {
 pub fn asked(trial: &Trial, target: f64) -> (Trial, Until) {
     let mut asked = trial.clone();
     asked.scene.settings.accuracy.target = Some(target);
-    (asked, Until::Noise { target, at_most: MOST_SPP })
+    (asked, until_noise(target))
+}
+
+/// Sampling until the noise is this.
+pub fn until_noise(target: f64) -> Until {
+    Until::Noise { target, at_most: MOST_SPP }
 }
 
 #[cfg(test)]

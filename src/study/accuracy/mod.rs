@@ -10,16 +10,34 @@ mod knobs;
 mod price;
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use serde::Serialize;
 
 use super::difference::{Difference, Pixels, noise_between};
-use super::effects::Setup;
+use super::machine::Machine;
 use super::trial::{Shots, Trial};
 use crate::transport::{PrepareError, Until};
 
 pub use knobs::{Knob, Setting};
 pub use price::{Price, TARGETS};
+
+/// How the measurement is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup<'a> {
+    /// Samples per pixel of each of the two renders of a picture.
+    pub spp: u32,
+    /// Seed of the first render; the others take the next.
+    pub seed: u64,
+    /// A folder for optical tables.
+    pub cache: Option<&'a Path>,
+    /// Settings of the knob `target`.
+    pub targets: &'a [f64],
+}
+
+/// The reference of targets has this share of the least one's noise: of the square of a difference, which has no noise in its
+/// mean, it adds less to the scatter than the picture itself.
+const REFERENCE_NOISE: f64 = 0.7;
 
 /// The reference against which noise counts has so many times the samples: its own noise hides that of a fine picture less.
 const LONGER: u32 = 8;
@@ -58,6 +76,8 @@ pub struct Row {
 /// All rows of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// Where times were measured.
+    pub machine: Machine,
     /// Where the reference is from.
     pub reference: String,
     /// Width and height of the pictures, pixels.
@@ -101,7 +121,10 @@ pub fn measure(
     let plan = bench.finest.plan();
     let (mut rows, mut without_effect) = (Vec::new(), Vec::new());
     for knob in knobs {
-        let sweep = Setting::sweep(*knob, &bench.finest, &plan, bench.base.size_bins, setup.spp);
+        let sweep = match knob {
+            Knob::Target => setup.targets.iter().copied().map(Setting::Target).collect(),
+            _ => Setting::sweep(*knob, &bench.finest, &plan, bench.base.size_bins, setup.spp),
+        };
         if sweep.is_empty() {
             without_effect.push(knob.name());
         }
@@ -116,7 +139,7 @@ pub fn measure(
     let prices = TARGETS.iter().map(|target| price::cheapest(&finest, &rows, *target)).collect();
     let reference = external.map_or_else(|| "the finest settings".to_owned(), |external| external.name.clone());
     let resolution = trial.scene.settings.image.resolution;
-    Ok(Report { reference, resolution, finest, rows, without_effect, prices })
+    Ok(Report { machine: Machine::here(), reference, resolution, finest, rows, without_effect, prices })
 }
 
 /// The reference, and what is rendered against it.
@@ -129,6 +152,8 @@ struct Bench<'a> {
     base: Shots,
     /// The reference of more samples, against which noise counts; none where no such knob is asked for.
     long: Option<Shots>,
+    /// The reference of targets, sampled to a noise below them; none where they are not asked for.
+    sharp: Option<Shots>,
 }
 
 impl<'a> Bench<'a> {
@@ -143,11 +168,15 @@ impl<'a> Bench<'a> {
         // The first render warms caches up; the others are timed.
         finest.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
         let base = finest.shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
-        let is_needed = external.is_none() && knobs.iter().any(|knob| knob.has_noise());
         let others = [4, 5].map(|k| setup.seed.wrapping_add(k));
-        let until = Until::Samples(setup.spp.saturating_mul(LONGER));
-        let long = is_needed.then(|| finest.shoot(&others, until, setup.cache)).transpose()?;
-        Ok(Self { trial, finest, external, setup, base, long })
+        let least = setup.targets.iter().copied().fold(1.0, f64::min);
+        let reference = |knob, until| {
+            let is_needed = external.is_none() && knobs.contains(&knob);
+            is_needed.then(|| finest.shoot(&others, until, setup.cache)).transpose()
+        };
+        let long = reference(Knob::Spp, Until::Samples(setup.spp.saturating_mul(LONGER)))?;
+        let sharp = reference(Knob::Target, knobs::until_noise(REFERENCE_NOISE * least))?;
+        Ok(Self { trial, finest, external, setup, base, long, sharp })
     }
 
     fn shoot(&self, setting: &Setting) -> Result<Shots, PrepareError> {
@@ -169,7 +198,7 @@ impl<'a> Bench<'a> {
             _ => shots.noise,
         };
         let noise_counts = knob.is_some_and(Knob::has_noise);
-        let error = self.error(shots, noise_counts).unwrap_or_default();
+        let error = self.error(shots, knob).unwrap_or_default();
         let total = if noise_counts { error.rms().max(noise) } else { error.rms().hypot(noise) };
         Row {
             knob: knob.map_or("", Knob::name),
@@ -190,12 +219,18 @@ impl<'a> Bench<'a> {
 
     /// Difference from the reference. Where noise counts, each picture alone stands against both references, whose noise
     /// is all that is taken off; the mean of both is their error.
-    fn error(&self, shots: &Shots, noise_counts: bool) -> Option<Difference> {
+    fn error(&self, shots: &Shots, knob: Option<Knob>) -> Option<Difference> {
+        let noise_counts = knob.is_some_and(Knob::has_noise);
         let [a1, a2] = &shots.pictures[..] else { return None };
         let (reference, variance) = match self.external {
             Some(external) => ([&external.pixels, &external.pixels], external.variance),
             None => {
-                let shots = self.long.as_ref().filter(|_| noise_counts).unwrap_or(&self.base);
+                let other = match knob {
+                    Some(Knob::Spp) => &self.long,
+                    Some(Knob::Target) => &self.sharp,
+                    _ => &None,
+                };
+                let shots = other.as_ref().unwrap_or(&self.base);
                 ([shots.pictures.first()?, shots.pictures.get(1)?], 0.0)
             }
         };
@@ -221,6 +256,8 @@ impl Setting {
             Self::Bands(_) => Knob::Bands,
             Self::SizeBins(_) => Knob::SizeBins,
             Self::AngleTolerance(_) => Knob::AngleTolerance,
+            Self::PeakTruncation(_) => Knob::PeakTruncation,
+            Self::SizeParameterCap(_) => Knob::SizeParameterCap,
             Self::MarchStep(_) => Knob::MarchStep,
             Self::GlowTolerance(_) => Knob::GlowTolerance,
             Self::Order(_) => Knob::Order,

@@ -3,6 +3,7 @@
 mod axis;
 mod caption;
 mod columns;
+mod counts;
 mod phase;
 mod price;
 mod style;
@@ -10,6 +11,7 @@ mod style;
 use thiserror::Error;
 
 pub use caption::Caption;
+pub use counts::{CountLine, Panel, counts_plot};
 pub use phase::phase_plot;
 pub use price::{Line, Point, price_plot};
 

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::PlotError;
 use super::axis::{log_label, log_range, logarithmic};
-use super::style::{FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
+use super::style::{COLOURS, FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
 
 /// A knob's line.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,19 +33,6 @@ const SIZE: [f64; 2] = [960.0, 640.0];
 /// Height of the caption, width of the legend, points.
 const CAPTION: f64 = 66.0;
 const LEGEND: f64 = 170.0;
-/// Colours of Okabe & Ito (2008), told apart by all eyes, and a grey.
-const COLOURS: [RGBColor; 9] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(150, 130, 20),
-    RGBColor(0, 0, 0),
-    RGBColor(120, 120, 120),
-];
-
 /// Draws the lines as SVG; `caption` is two lines, `marks` are errors to be shown as dashed lines.
 ///
 /// # Errors

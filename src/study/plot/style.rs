@@ -19,6 +19,20 @@ pub const BAND: RGBColor = RGBColor(170, 197, 232);
 pub const GRID: RGBColor = RGBColor(215, 215, 215);
 pub const FINE_GRID: RGBColor = RGBColor(240, 240, 240);
 
+/// Colours of Okabe & Ito (2008), told apart by all eyes, a grey and a brown.
+pub const COLOURS: [RGBColor; 10] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(150, 130, 20),
+    RGBColor(0, 0, 0),
+    RGBColor(120, 120, 120),
+    RGBColor(140, 60, 20),
+];
+
 /// Points of the picture in canvas units.
 pub fn pt(points: f64) -> u32 {
     (points * f64::from(FINE)).round() as u32

@@ -1,0 +1,54 @@
+//! How much droplets change by meeting each other's light, by shading each other and the air, and by being glass.
+
+use super::Estimate;
+use super::facts::SceneFacts;
+use crate::scene::model::Scene;
+
+/// 1 - g of droplets that are large against the wavelength: each order turns light by so much of a turn in all directions.
+const TURNED: f64 = 0.15;
+
+/// Light that droplets scatter meets droplets again; theory (101).
+pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
+    if facts.is_empty() {
+        return (Some(0.0), "there are no droplets".into());
+    }
+    let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
+    let reason = format!(
+        "of what droplets scatter {:.3} % meets droplets again, over {:.2} % of the picture",
+        100.0 * facts.met_again / facts.concentration,
+        100.0 / facts.concentration.powi(2)
+    );
+    (Some(albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth)), reason)
+}
+
+/// Shade on droplets, theory (102), and on the air where the sun lights it.
+pub(super) fn shadows(scene: &Scene, facts: &SceneFacts, airlight: bool) -> Estimate {
+    if facts.is_empty() {
+        return (Some(0.0), "there are no droplets".into());
+    }
+    let air = &scene.settings.atmosphere;
+    // Without shade all orders are lit in full.
+    let orders = 1.0 + facts.sunward_depth;
+    let on_droplets = orders * facts.concentration * (1.0 / facts.sunlit.max(f64::MIN_POSITIVE) - 1.0);
+    let on_air = match air.scattering_per_m > 0.0 && air.sunlight && airlight {
+        true => 1.0 - (-facts.deepest_optical_depth).exp(),
+        false => 0.0,
+    };
+    let air =
+        if on_air > 0.0 { format!(", and {:.2} % of what lights the air", 100.0 * on_air) } else { String::new() };
+    let reason = format!("droplets take {:.3} % of each other's sunlight{air}", 100.0 * (1.0 - facts.sunlit));
+    (Some(on_droplets.max(on_air)), reason)
+}
+
+/// Glass changes the picture where it covers it: what lies behind is seen through it, and what the droplet scatters comes from its
+/// own outline, not from its extinction disc of twice the area. The error of a picture is a root mean square, relative to its
+/// mean; where nothing else is bright, that mean is the droplets' own light.
+pub(super) fn refraction(facts: &SceneFacts) -> Estimate {
+    if facts.n_resolved == 0 {
+        return (Some(0.0), "no droplet is large enough to be seen".into());
+    }
+    let (n, covered) = (facts.n_resolved, facts.glass_cover);
+    let droplets = if n == 1 { "droplet" } else { "droplets" };
+    let estimate = covered.sqrt() / facts.cover.max(covered);
+    (Some(estimate), format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"))
+}
