@@ -53,14 +53,12 @@ impl ErrorEstimate {
         self.parts.iter().map(|part| part.error * part.error).sum::<f64>().sqrt()
     }
 
-    /// One line: the whole, what dominates it and by which knob, and what comes next.
+    /// One line of 80 columns at most: the whole, what dominates it and by which knob, and what comes next.
     pub fn line(&self) -> String {
         let percent = |error: f64| format!("{:.2} %", 100.0 * error);
-        let Some(first) = self.parts.first() else { return "estimated error 0 %".into() };
-        let next: Vec<String> =
-            self.parts[1..].iter().take(2).map(|part| format!("{} {}", part.what, percent(part.error))).collect();
-        let then = if next.is_empty() { String::new() } else { format!("; then {}", next.join(", ")) };
-        let (total, knob) = (percent(self.total()), first.knob);
-        format!("estimated error {total}, most of it {} ({}, knob {knob}){then}", first.what, percent(first.error))
+        let [first, rest @ ..] = &self.parts[..] else { return "estimated error 0 %".into() };
+        let then = rest.first().map_or(String::new(), |part| format!("; then {} {}", part.what, percent(part.error)));
+        let line = format!("estimated error {}, most of it {} ({})", percent(self.total()), first.what, first.knob);
+        if line.chars().count() + then.chars().count() <= 80 { line + &then } else { line }
     }
 }
