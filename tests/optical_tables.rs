@@ -26,7 +26,13 @@ fn class(phase: &str) -> DropletClass {
 }
 
 fn settings<'a>(wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSettings<'a> {
-    TableSettings { wavelengths_m, size_parameter_cap: 2e4, accuracy: AverageAccuracy::picture(), cache }
+    TableSettings {
+        wavelengths_m,
+        band_edges_m: &[],
+        size_parameter_cap: 2e4,
+        accuracy: AverageAccuracy::picture(),
+        cache,
+    }
 }
 
 fn plan(classes: &[DropletClass], radii_um: &[f64]) -> BinPlan {
@@ -282,4 +288,44 @@ fn droplets_beyond_the_series_take_the_efficiencies_of_its_largest() {
     assert!((optics.q_ext - 2.0).abs() < 1e-3 && optics.q_ext > 2.0, "{}", optics.q_ext);
     assert!((optics.c_ext_m2 / (PI * optics.q_ext) - 1.0).abs() < 1e-6);
     assert!((tables.bins[0].mean_volume_m3 / (4.0 / 3.0 * PI) - 1.0).abs() < 1e-6);
+}
+
+/// The table of a single radius in a band is the mean over the band's wavelengths, here by brute force.
+#[test]
+fn a_single_radius_is_averaged_over_its_band() {
+    let classes = [class("mie")];
+    let edges_m = [530e-9, 580e-9];
+    for radius_um in [0.3, 10.0] {
+        let plan = plan(&classes, &[radius_um]);
+        let in_band = TableSettings { band_edges_m: &edges_m, ..settings(&[555e-9], None) };
+        let tables = OpticalTables::build(&plan, &classes, &in_band).expect("tables");
+        let optics = tables.get(0, 0);
+        let m = Material::Water.index(555e-9).expect("visible");
+        let angles = mie::Angles::new(&[0.0, 0.02, 0.3, 1.0, 1.7, 2.4, 2.5, 3.0, PI]).expect("angles");
+        let theta = [0.0, 0.02, 0.3, 1.0, 1.7, 2.4, 2.5, 3.0, PI];
+        let n = 4000;
+        let (mut c_ext, mut c_sca, mut scattered) = (0.0, 0.0, [0.0; 9]);
+        for i in 0..n {
+            let wavelength_m = edges_m[0] + (f64::from(i) + 0.5) / f64::from(n) * (edges_m[1] - edges_m[0]);
+            let k = 2.0 * PI / wavelength_m;
+            let r_m = f64::from((radius_um * 1e-6) as f32);
+            let series = mie::Solver::new().series(k * r_m, m).expect("in the domain");
+            let q = series.efficiencies();
+            let share = PI * r_m * r_m / f64::from(n);
+            c_ext += share * q.q_ext;
+            c_sca += share * q.q_sca;
+            let mut sum = mie::IntensitySum::new(&angles);
+            sum.add(&series, 1.0);
+            let mut intensities = [0.0; 9];
+            sum.write(&mut intensities).expect("as many as angles");
+            scattered.iter_mut().zip(intensities).for_each(|(sum, i)| *sum += i / (k * k * f64::from(n)));
+        }
+        assert!((optics.c_ext_m2 / c_ext - 1.0).abs() < 4e-3, "{} {c_ext}", optics.c_ext_m2);
+        assert!((optics.c_sca_m2 / c_sca - 1.0).abs() < 4e-3);
+        for (theta, scattered) in theta.iter().zip(scattered) {
+            let p = optics.phase.eval(1.0 - theta.cos());
+            // Twenty times the tolerance of averages: that of the worst angle, and as much for the radii left out.
+            assert!((p * optics.c_sca_m2 / scattered - 1.0).abs() < 4e-2, "{radius_um} {theta}: {p}");
+        }
+    }
 }

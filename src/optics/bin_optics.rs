@@ -13,7 +13,7 @@ use super::hg_draine::HgDraine;
 use super::phase_function::PhaseFunction;
 use super::phase_model::PhaseModel;
 use super::phase_table::PhaseTable;
-use super::size_average::{AverageAccuracy, SizeAverage, Sizes, average_cross_sections};
+use super::size_average::{AverageAccuracy, BLUR_ABOVE_X, SizeAverage, Sizes, average_cross_sections};
 use super::size_law::SizeLaw;
 use super::tables::OpticsError;
 use crate::mie::MieError;
@@ -67,20 +67,23 @@ pub(super) struct BinJob<'a> {
 }
 
 impl BinJob<'_> {
-    /// The bin at a wavelength; `capped` is the phase function at the cap where that is what it takes.
+    /// The bin at a wavelength, or over the band around it; `capped` is the phase function at the cap where that is what it takes.
     pub fn optics(
         &self,
         wavelength_m: f64,
+        band_m: Option<[f64; 2]>,
         capped: Option<&Arc<PhaseFunction>>,
         cache: Option<&TableCache>,
     ) -> Result<BinOptics, OpticsError> {
         let m = self.class.material.index(wavelength_m)?;
         let exact = self.class.phase == PhaseModel::Mie && capped.is_none();
+        let sizes = self.sizes(wavelength_m, band_m);
         let key = self.key(m, wavelength_m, if exact { "mie" } else { "cross sections" });
+        let key = if let Sizes::Band { from_m, to_m, .. } = sizes { key.numbers(&[from_m, to_m]) } else { key };
         let (cross_sections, phase) = match cache.and_then(|cache| cache.load(&key)) {
             Some(found) => found,
             None => {
-                let found = self.solve(m, wavelength_m, exact)?;
+                let found = self.solve(m, wavelength_m, &sizes, exact)?;
                 if let Some(cache) = cache {
                     cache.store(&key, &found.0, found.1.as_ref());
                 }
@@ -106,13 +109,13 @@ impl BinJob<'_> {
         &self,
         m: Complex64,
         wavelength_m: f64,
+        sizes: &Sizes,
         exact: bool,
     ) -> Result<(CrossSections, Option<PhaseTable>), OpticsError> {
         let name = |reason| self.mie_error(wavelength_m, reason);
-        let sizes = Sizes::Law(Box::new(self.law.clone()));
         let largest_m = self.size_parameter_cap * wavelength_m / (2.0 * PI);
         if !exact || self.bin.distribution.r_max_m > largest_m {
-            let cross_sections = average_cross_sections(m, wavelength_m, &sizes, self.accuracy).map_err(name)?;
+            let cross_sections = average_cross_sections(m, wavelength_m, sizes, self.accuracy).map_err(name)?;
             if !exact {
                 return Ok((cross_sections, None));
             }
@@ -124,9 +127,20 @@ impl BinJob<'_> {
             let table = average.phase_table(self.accuracy.angle_tolerance).map_err(name)?;
             return Ok((cross_sections, table.map(|built| built.table)));
         }
-        let average = SizeAverage::new(m, wavelength_m, &sizes, self.accuracy).map_err(name)?;
+        let average = SizeAverage::new(m, wavelength_m, sizes, self.accuracy).map_err(name)?;
         let table = average.phase_table(self.accuracy.angle_tolerance).map_err(name)?;
         Ok((average.cross_sections, table.map(|built| built.table)))
+    }
+
+    /// What is averaged. The fringes of a single radius are finer than a band of wavelengths, which washes them out; those of
+    /// large spheres are blurred over angles instead.
+    fn sizes(&self, wavelength_m: f64, band_m: Option<[f64; 2]>) -> Sizes {
+        match (band_m, self.law.mono_radius()) {
+            (Some([from_m, to_m]), Some(r_m)) if 2.0 * PI * r_m / wavelength_m <= BLUR_ABOVE_X => {
+                Sizes::Band { r_m, from_m, to_m }
+            }
+            _ => Sizes::Law(Box::new(self.law.clone())),
+        }
     }
 
     /// The phase function of a model that is not exact; isotropic where nothing is scattered at all.

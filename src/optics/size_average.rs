@@ -18,6 +18,60 @@ pub enum Sizes {
     Radii(Vec<(f64, f64)>),
     /// A distribution.
     Law(Box<SizeLaw>),
+    /// One radius in m, over a band of wavelengths: the mean over `from_m` to `to_m`, each as bright. A sphere at another
+    /// wavelength is one of another size: theory (121).
+    Band { r_m: f64, from_m: f64, to_m: f64 },
+}
+
+/// Sizes that are divided ever more finely.
+enum Division<'a> {
+    Strata(SizeStrata<'a>),
+    Band {
+        r_m: f64,
+        wavelength_m: f64,
+        from_m: f64,
+        to_m: f64,
+    },
+    /// These radii, and no more.
+    All(Vec<(f64, f64)>),
+}
+
+impl<'a> Division<'a> {
+    fn of(sizes: &'a Sizes, wavelength_m: f64) -> Self {
+        match sizes {
+            Sizes::Radii(radii) => Self::All(shares(radii.clone())),
+            Sizes::Law(law) => match law.mono_radius() {
+                Some(r_m) => Self::All(vec![(r_m, 1.0)]),
+                None => Self::Strata(SizeStrata::new(law)),
+            },
+            Sizes::Band { r_m, from_m, to_m } => Self::Band { r_m: *r_m, wavelength_m, from_m: *from_m, to_m: *to_m },
+        }
+    }
+
+    fn mean_radius_m(&self) -> f64 {
+        match self {
+            Self::Strata(strata) => strata.mean_radius_m(),
+            Self::Band { r_m, .. } => *r_m,
+            Self::All(radii) => radii.iter().map(|(r_m, weight)| r_m * weight).sum(),
+        }
+    }
+
+    /// About `count` radii in m with their shares of the droplets.
+    fn nodes(&self, count: usize) -> Vec<(f64, f64)> {
+        match self {
+            Self::Strata(strata) => strata.nodes(count),
+            Self::All(radii) => radii.clone(),
+            Self::Band { r_m, wavelength_m, from_m, to_m } => {
+                let step_m = (to_m - from_m) / count as f64;
+                // Middles of equal parts: what is left of fringes that fit a part averages out as it does between nodes.
+                let node = |i| {
+                    let scale = wavelength_m / (from_m + (f64::from(i) + 0.5) * step_m);
+                    (r_m * scale, 1.0 / (scale * scale * count as f64))
+                };
+                (0..count as u32).map(node).collect()
+            }
+        }
+    }
 }
 
 /// How well an average is to be taken.
@@ -119,7 +173,7 @@ const TABLE_BUDGET: f64 = 3e9;
 const ALWAYS_NODES: usize = 512;
 
 /// Above this size parameter the fringes of a single sphere would need more nodes than a table has: they are blurred.
-const BLUR_ABOVE_X: f64 = 2000.0;
+pub(super) const BLUR_ABOVE_X: f64 = 2000.0;
 
 /// Nodes and tolerance of blurred tables: what is left has the width of the bow's own structure, and a table of
 /// 16 384 nodes is half a megabyte.
@@ -131,21 +185,17 @@ impl SizeAverage {
     /// # Errors
     /// When a sphere is outside the domain of the Mie series.
     pub fn new(m: Complex64, wavelength_m: f64, sizes: &Sizes, accuracy: AverageAccuracy) -> Result<Self, MieError> {
-        let law = match sizes {
-            Sizes::Radii(radii) => return Self::over_radii(m, wavelength_m, radii.clone()),
-            Sizes::Law(law) => law,
-        };
-        if let Some(r_m) = law.mono_radius() {
-            return Self::over_radii(m, wavelength_m, vec![(r_m, 1.0)]);
+        let division = Division::of(sizes, wavelength_m);
+        if let Division::All(radii) = division {
+            return Self::over_radii(m, wavelength_m, radii);
         }
-        let strata = SizeStrata::new(law);
         let probes = probe_angles();
-        let max_radii = accuracy.max_radii_for(strata.mean_radius_m() * 2.0 * PI / wavelength_m);
+        let max_radii = accuracy.max_radii_for(division.mean_radius_m() * 2.0 * PI / wavelength_m);
         let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
-        let mut coarse = Probe::new(m, wavelength_m, strata.nodes(radii), &probes)?;
+        let mut coarse = Probe::new(m, wavelength_m, division.nodes(radii), &probes)?;
         loop {
             radii *= 2;
-            let fine = Probe::new(m, wavelength_m, strata.nodes(radii), &probes)?;
+            let fine = Probe::new(m, wavelength_m, division.nodes(radii), &probes)?;
             let change = coarse.change(&fine);
             if change.is_within(accuracy.size_tolerance) || 2 * radii > max_radii {
                 return Ok(Self { cross_sections: fine.cross_sections, change, ensemble: fine.ensemble });
@@ -155,7 +205,7 @@ impl SizeAverage {
     }
 
     fn over_radii(m: Complex64, wavelength_m: f64, radii: Vec<(f64, f64)>) -> Result<Self, MieError> {
-        let ensemble = Ensemble::new(m, wavelength_m, shares(radii))?;
+        let ensemble = Ensemble::new(m, wavelength_m, radii)?;
         Ok(Self { cross_sections: ensemble.cross_sections()?, change: Change::default(), ensemble })
     }
 
@@ -209,16 +259,12 @@ pub fn average_cross_sections(
     accuracy: AverageAccuracy,
 ) -> Result<CrossSections, MieError> {
     let over = |radii| Ensemble::without_series(m, wavelength_m, radii).cross_sections();
-    let law = match sizes {
-        Sizes::Law(law) => law,
-        Sizes::Radii(radii) => return over(shares(radii.clone())),
-    };
-    if let Some(r_m) = law.mono_radius() {
-        return over(vec![(r_m, 1.0)]);
+    let division = Division::of(sizes, wavelength_m);
+    if let Division::All(radii) = division {
+        return over(radii);
     }
-    let strata = SizeStrata::new(law);
-    let max_radii = accuracy.max_radii_for(strata.mean_radius_m() * 2.0 * PI / wavelength_m);
-    let average = |radii: usize| over(strata.nodes(radii));
+    let max_radii = accuracy.max_radii_for(division.mean_radius_m() * 2.0 * PI / wavelength_m);
+    let average = |radii: usize| over(division.nodes(radii));
     let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
     let mut coarse = average(radii)?;
     loop {

@@ -54,12 +54,20 @@ pub enum OpticsError {
 pub struct TableSettings<'a> {
     /// Vacuum wavelengths, m.
     pub wavelengths_m: &'a [f64],
+    /// Edges of the bands around them, m, one more than there are wavelengths; empty where each is meant alone.
+    pub band_edges_m: &'a [f64],
     /// Above this size parameter phase functions are those at it.
     pub size_parameter_cap: f64,
     /// How well averages and phase tables are made.
     pub accuracy: AverageAccuracy,
     /// A folder in which tables are kept between runs.
     pub cache: Option<&'a Path>,
+}
+
+impl TableSettings<'_> {
+    fn band_m(&self, wavelength: usize) -> Option<[f64; 2]> {
+        Some([*self.band_edges_m.get(wavelength)?, *self.band_edges_m.get(wavelength + 1)?])
+    }
 }
 
 /// One bin at all wavelengths.
@@ -100,7 +108,7 @@ impl OpticalTables {
         let pairs: Vec<(usize, usize)> =
             (0..jobs.len()).flat_map(|bin| (0..settings.wavelengths_m.len()).map(move |w| (bin, w))).collect();
         let compute = |(bin, w): &(usize, usize)| {
-            jobs[*bin].optics(settings.wavelengths_m[*w], shared.capped(*bin, *w), cache.as_ref())
+            jobs[*bin].optics(settings.wavelengths_m[*w], settings.band_m(*w), shared.capped(*bin, *w), cache.as_ref())
         };
         let mut optics = in_turns(&pairs, |(bin, _)| jobs[*bin].is_large(), compute)?.into_iter();
         let visible = in_turns(&jobs, BinJob::is_large, BinJob::visible_q_max)?;

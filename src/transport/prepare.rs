@@ -127,16 +127,17 @@ impl Prepared {
     ) -> Result<Self, PrepareError> {
         let (backdrop, backdrop_warnings) = backdrop(&scene, plan, sampling)?;
         enter(Stage::Tables);
-        let wavelengths_m = table_wavelengths(plan, sampling);
+        let wavelengths = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
         let bins = bin_plan(&scene);
-        let angle_tolerance = table_settings(&scene.settings.accuracy, &[], None).accuracy.angle_tolerance;
+        let angle_tolerance =
+            table_settings(&scene.settings.accuracy, Wavelengths::default(), None).accuracy.angle_tolerance;
         let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
-        let tables = build_tables(&scene, &bins, &wavelengths_m, cache)?;
+        let tables = build_tables(&scene, &bins, wavelengths, cache)?;
         let tables = cut_peaks(tables, scene.settings.accuracy.peak_truncation_deg, absorption);
         let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
         let discs = if plan.is_on(Effect::SunDisc) { Discs::Simulated } else { Discs::LeftOut };
-        let mut lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, &wavelengths_m, cache)?);
+        let mut lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, wavelengths, cache)?);
         if !plan.follows_suns {
             lighting.suns.clear();
         }
@@ -250,19 +251,32 @@ fn forward_lobes(media: &Media, areas_m2: &[f64]) -> Option<ForwardLobes> {
     ForwardLobes::new(&mixtures)
 }
 
-/// Wavelengths that need tables; without dispersion all share the middle one.
-fn table_wavelengths(plan: &EffectPlan, sampling: &SpectralSampling) -> Vec<f64> {
+/// Wavelengths that need tables, m.
+#[derive(Clone, Copy, Default)]
+struct Wavelengths<'a> {
+    middles_m: &'a [f64],
+    /// Edges of the bands; none where each wavelength is meant alone.
+    edges_m: &'a [f64],
+}
+
+/// What needs tables; without dispersion all wavelengths share the middle one.
+fn table_wavelengths<'a>(plan: &EffectPlan, sampling: &'a SpectralSampling) -> Wavelengths<'a> {
     let all = &sampling.wavelengths_m;
-    if plan.is_on(Effect::Dispersion) { all.clone() } else { vec![all[all.len() / 2]] }
+    if plan.is_on(Effect::Dispersion) {
+        return Wavelengths { middles_m: all, edges_m: &sampling.band_edges_m };
+    }
+    let middle = all.len() / 2;
+    let edges_m = sampling.band_edges_m.get(middle..middle + 2).unwrap_or_default();
+    Wavelengths { middles_m: &all[middle..=middle], edges_m }
 }
 
 fn build_tables(
     scene: &Scene,
     bins: &BinPlan,
-    wavelengths_m: &[f64],
+    wavelengths: Wavelengths,
     cache: Option<&Path>,
 ) -> Result<OpticalTables, OpticsError> {
-    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths_m, cache))
+    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths, cache))
 }
 
 /// The tables without their forward peaks, where the settings ask for it.
@@ -276,11 +290,12 @@ fn cut_peaks(tables: OpticalTables, angle_deg: f64, absorption: Absorption) -> O
     })
 }
 
-fn table_settings<'a>(accuracy: &Accuracy, wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSettings<'a> {
+fn table_settings<'a>(accuracy: &Accuracy, wavelengths: Wavelengths<'a>, cache: Option<&'a Path>) -> TableSettings<'a> {
     let asked = accuracy.target.map_or_else(AverageAccuracy::picture, AverageAccuracy::for_target);
     let angle_tolerance = accuracy.angle_tolerance.unwrap_or(asked.angle_tolerance);
     TableSettings {
-        wavelengths_m,
+        wavelengths_m: wavelengths.middles_m,
+        band_edges_m: wavelengths.edges_m,
         size_parameter_cap: accuracy.size_parameter_cap,
         accuracy: AverageAccuracy { angle_tolerance, ..asked },
         cache,
@@ -289,7 +304,8 @@ fn table_settings<'a>(accuracy: &Accuracy, wavelengths_m: &'a [f64], cache: Opti
 
 /// Gives every ball and box of fog its number of droplets, from their extinction at 550 nm and their mass.
 fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
-    let settings = table_settings(&scene.settings.accuracy, &[FOG_WAVELENGTH_M], None);
+    let settings =
+        table_settings(&scene.settings.accuracy, Wavelengths { middles_m: &[FOG_WAVELENGTH_M], edges_m: &[] }, None);
     scene.fill_fog(|class, own_radius_m| {
         let distribution = match own_radius_m {
             Some(r_m) => SizeDistribution { shape: Shape::Mono { r_m }, r_min_m: r_m, r_max_m: r_m },
@@ -305,7 +321,7 @@ fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
 /// The air's phase function at every wavelength.
 fn air_phases(
     scene: &Scene,
-    wavelengths_m: &[f64],
+    wavelengths: Wavelengths,
     cache: Option<&Path>,
 ) -> Result<Vec<Arc<PhaseFunction>>, OpticsError> {
     let air = &scene.settings.atmosphere;
@@ -322,9 +338,9 @@ fn air_phases(
                 distribution: distribution.clone(),
                 albedo: None,
             };
-            let settings = table_settings(&scene.settings.accuracy, wavelengths_m, cache);
+            let settings = table_settings(&scene.settings.accuracy, wavelengths, cache);
             let tables = OpticalTables::build(&BinPlan::of_distribution(&class), &[class], &settings)?;
-            Ok((0..wavelengths_m.len()).map(|w| tables.get(0, w).phase.clone()).collect())
+            Ok((0..wavelengths.middles_m.len()).map(|w| tables.get(0, w).phase.clone()).collect())
         }
     }
 }
