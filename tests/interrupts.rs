@@ -64,9 +64,12 @@ fn previous_files_survive_an_early_end() {
     // Tables of a broad distribution take a while, without a cache.
     let slow = format!("{ENDLESS} --no-cache --set droplets.distribution=gamma:reff=200um,veff=0.1");
     for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGKILL] {
-        let child = start(&bench, &slow);
-        std::thread::sleep(Duration::from_millis(50));
-        send(&child, signal);
+        let mut child = start(&bench, &slow);
+        // Where this test runs in the background of a shell, SIGINT is ignored until the program listens to it.
+        while child.try_wait().expect("it is ours").is_none() {
+            std::thread::sleep(Duration::from_millis(50));
+            send(&child, signal);
+        }
         let output = child.wait_with_output().expect("it ends");
         assert!(!output.status.success(), "{}", text(&output.stderr));
         assert_eq!(bench.read("a.exr"), b"previous", "{signal}");
