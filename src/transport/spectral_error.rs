@@ -10,12 +10,12 @@ const ANGLES_DEG: std::ops::RangeInclusive<u32> = 1..=17;
 /// what each size bin takes from the light; where droplets are `seen_singly`, bins do not blend.
 ///
 /// With e_2, e_4 the changes that every other wavelength and one of four make: each halving of their distance is taken to
-/// lower the error as the last one did, e = e_2^2 / e_4, at most e_2. Fringes of single sizes, finer than the wavelengths'
-/// distance, do not fall so, and e stays e_2.
+/// lower the error as the last one did, e = e_2^2 / e_4, at most e_2, which is all that is known of two or three. Of one
+/// wavelength nothing is known: 0.
 pub(super) fn band_error(media: &Media, lighting: &Lighting, areas_m2: &[f64], seen_singly: bool) -> f64 {
     let n = media.n_wavelengths();
     let bins: Vec<usize> = (0..media.n_bins()).filter(|bin| areas_m2[*bin] > 0.0).collect();
-    if n < 4 || bins.is_empty() {
+    if n < 2 || bins.is_empty() {
         return 0.0;
     }
     let groups: Vec<Vec<usize>> = match seen_singly {
@@ -33,7 +33,7 @@ pub(super) fn band_error(media: &Media, lighting: &Lighting, areas_m2: &[f64], s
         }
     }
     let [two, four] = [two, four].map(|sum: f64| (sum / count).sqrt());
-    if four > two { two * two / four } else { two }
+    if n >= 4 && four > two { two * two / four } else { two }
 }
 
 /// What bins scatter by h at a wavelength, per sunlight.
