@@ -58,8 +58,12 @@ const BOX_BYTES: u64 = 400;
 /// A source of glow while it is sorted (28) and in its octet, without its rows of colours.
 const SOURCE_BYTES: u64 = 72;
 
-/// Deviations of the phase function that a mixture has at most, about.
-const MIXTURE_RANK: u64 = 6;
+/// Numbers by which a node of glow knows its phase functions where there are many: deviations from the mean, and a sketch of
+/// what these leave.
+const MIXTURE_NUMBERS: u64 = 12 + 16 + 2;
+
+/// Bins that a node of glow keeps apart at most.
+const NODE_BINS: u64 = 4;
 
 /// A thread's buffers: fixed, and by wavelength.
 const THREAD_BYTES: u64 = 1 << 20;
@@ -99,13 +103,14 @@ impl Need {
         let n_threads = held.n_threads as u64;
         let threads = n_threads.saturating_mul(THREAD_BYTES + n_wavelengths * THREAD_BYTES_PER_WAVELENGTH);
         need.add(format!("{n_threads} threads"), threads, "use fewer --threads");
-        need.add_bodies(scene, plan, n_wavelengths, n_threads);
+        let bins = bin_plan(scene);
+        need.add_bodies(scene, plan, n_wavelengths, n_threads, bins.bins.len());
         let tables = if plan.is_on(Effect::Dispersion) {
             &sampling.wavelengths_m[..]
         } else {
             sampling.wavelengths_m.get(..1).unwrap_or_default()
         };
-        let bytes = predicted_bytes(&bin_plan(scene), &scene.classes, tables);
+        let bytes = predicted_bytes(&bins, &scene.classes, tables);
         need.add("optical tables", bytes, "ask for fewer spectral bands, or for fewer droplets.size_bins");
         need.add_film(request, n_wavelengths, held);
         need
@@ -118,7 +123,7 @@ impl Need {
         self.add(what, bytes, "use fewer droplets, or parcels that stand for many");
     }
 
-    fn add_bodies(&mut self, scene: &Scene, plan: &EffectPlan, n_wavelengths: u64, n_threads: u64) {
+    fn add_bodies(&mut self, scene: &Scene, plan: &EffectPlan, n_wavelengths: u64, n_threads: u64, n_bins: usize) {
         let (particles, boxes) = (scene.particles.len() as u64, scene.fog_boxes.len() as u64);
         self.add_particles(
             format!("{} droplets, parcels and fog boxes", particles + boxes),
@@ -133,8 +138,9 @@ impl Need {
         }
         if plan.is_on(Effect::Glow) && scene.settings.atmosphere.scattering_per_m > 0.0 {
             let lights = scene.suns.len() as u64 * n_wavelengths;
-            // A row of colours for each source, and an eighth more for the nodes above; sunlight by source, or by leaf.
-            let rows = (lights + MIXTURE_RANK) * 4 * 8 / 7;
+            // A row for each node above eight sources, in vectors that may be half empty; sunlight by source, or by leaf.
+            let apart = if n_bins > 1 { MIXTURE_NUMBERS + NODE_BINS * (1 + lights) } else { 0 };
+            let rows = 2 * 4 * (lights + apart) / 7;
             let sunlight = (4 * lights * (particles + boxes)).min((4 << 24) + lights * (particles + boxes) / 2);
             let bytes = (particles + boxes).saturating_mul(SOURCE_BYTES + rows).saturating_add(sunlight);
             self.add(
