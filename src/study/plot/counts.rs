@@ -6,8 +6,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::axis::{log_label, log_range, logarithmic};
-use super::style::{COLOURS, FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
+use super::axis::log_range;
+use super::log_chart::log_chart;
+use super::style::{COLOURS, centred, draw_svg, failed, font, pt};
 
 /// A line of a panel: a value for each count, with its least and greatest.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,28 +62,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Result<(), PlotError> {
     let x = log_range(&counts).ok_or(PlotError::Empty)?;
     let y = log_range(&values).ok_or(PlotError::Empty)?;
     let (legend, plot) = area.split_vertically(pt(LEGEND));
-    let mut chart = ChartBuilder::on(&plot)
-        .margin_left(pt(12.0))
-        .margin_right(pt(24.0))
-        .margin_bottom(pt(8.0))
-        .set_label_area_size(LabelAreaPosition::Left, pt(64.0))
-        .set_label_area_size(LabelAreaPosition::Bottom, pt(48.0))
-        .build_cartesian_2d(logarithmic(x.clone(), 10), logarithmic(y.clone(), 10))
-        .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID.stroke_width(pt(0.7)))
-        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
-        .axis_style(BLACK.stroke_width(pt(1.0)))
-        .label_style(font(13.0))
-        .x_label_formatter(&log_label(&x))
-        .y_label_formatter(&log_label(&y))
-        .x_desc("droplets")
-        .y_desc(panel.title.as_str())
-        .axis_desc_style(font(15.0))
-        .set_all_tick_mark_size(pt(5.0))
-        .draw()
-        .map_err(failed)?;
+    let mut chart = log_chart(&plot, [&x, &y], ["droplets", &panel.title], 64.0)?;
     for (number, line) in panel.lines.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
         let shown: Vec<_> = line.points.iter().filter(|(_, [median, ..])| *median > 0.0).collect();

@@ -4,6 +4,7 @@ mod axis;
 mod caption;
 mod columns;
 mod counts;
+mod log_chart;
 mod phase;
 mod price;
 mod style;

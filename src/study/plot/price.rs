@@ -3,8 +3,9 @@
 use plotters::prelude::*;
 
 use super::PlotError;
-use super::axis::{log_label, log_range, logarithmic};
-use super::style::{COLOURS, FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
+use super::axis::log_range;
+use super::log_chart::log_chart;
+use super::style::{COLOURS, centred, draw_svg, failed, font, pt};
 
 /// A knob's line.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,28 +49,8 @@ pub fn price_plot(caption: [&str; 2], lines: &[Line], marks: &[f64]) -> Result<S
         let middle = pt(0.5 * SIZE[0]) as i32;
         head.draw_text(caption[0], &centred(16.0), (middle, pt(22.0) as i32)).map_err(failed)?;
         head.draw_text(caption[1], &centred(11.5), (middle, pt(47.0) as i32)).map_err(failed)?;
-        let mut chart = ChartBuilder::on(&panel)
-            .margin_left(pt(12.0))
-            .margin_right(pt(24.0))
-            .margin_bottom(pt(8.0))
-            .set_label_area_size(LabelAreaPosition::Left, pt(70.0))
-            .set_label_area_size(LabelAreaPosition::Bottom, pt(48.0))
-            .build_cartesian_2d(logarithmic(x.clone(), 10), logarithmic(y.clone(), 10))
-            .map_err(failed)?;
-        chart
-            .configure_mesh()
-            .bold_line_style(GRID.stroke_width(pt(0.7)))
-            .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
-            .axis_style(BLACK.stroke_width(pt(1.0)))
-            .label_style(font(13.0))
-            .x_label_formatter(&log_label(&x))
-            .y_label_formatter(&log_label(&y))
-            .x_desc("processor seconds of one picture")
-            .y_desc("error relative to the mean luminance (RMS)")
-            .axis_desc_style(font(15.0))
-            .set_all_tick_mark_size(pt(5.0))
-            .draw()
-            .map_err(failed)?;
+        let titles = ["processor seconds of one picture", "error relative to the mean luminance (RMS)"];
+        let mut chart = log_chart(&panel, [&x, &y], titles, 70.0)?;
         for mark in marks.iter().map(|mark| mark.log10()).filter(|mark| y.contains(mark)) {
             let line = DashedLineSeries::new(
                 [(x.start, mark), (x.end, mark)],
