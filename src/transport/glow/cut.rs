@@ -19,7 +19,7 @@ const SHAPE_ERROR: f32 = 0.4;
 
 /// Estimated error that is allowed per error that is asked for: true errors scatter about the estimate, and one in a
 /// hundred sums may be off by twice the tolerance. Calibrated with it.
-const CAUTION: f64 = 0.175;
+const CAUTION: f64 = 0.2;
 
 /// The same for what many nodes have in common, the part of their phase functions that the mixture leaves (112): known at
 /// its RMS over all angles.
