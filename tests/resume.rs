@@ -64,9 +64,9 @@ fn killed_renders_go_on_to_the_same_bytes() {
     killed_renders_agree(5);
 }
 
-/// The same at fifty moments: cargo test --test resume -- --ignored
+/// The same at fifty moments.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes: cargo test --test resume -- --ignored"]
 fn killed_renders_go_on_to_the_same_bytes_from_fifty_moments() {
     killed_renders_agree(50);
 }
