@@ -132,6 +132,11 @@ impl Accel {
             .then(|| (self.frame.world_from_local(self.frame.min), self.frame.world_from_local(self.frame.max)))
     }
 
+    /// Bounds of everything in the cloud's own frame, m; `None` where there is nothing.
+    pub fn local_bounds(&self) -> Option<(DVec3, DVec3)> {
+        (!self.is_empty()).then_some((self.frame.min, self.frame.max))
+    }
+
     /// World-space centre of a body, m.
     pub fn center_m(&self, body: &Body) -> DVec3 {
         self.frame.world_from_local(body.center)

@@ -12,6 +12,7 @@ mod flight;
 mod forward;
 mod glass;
 mod glow;
+mod guide;
 pub mod keep;
 mod lighting;
 mod march;
@@ -27,6 +28,7 @@ mod sample;
 mod scratch;
 mod sobol;
 mod spectral_error;
+mod split;
 mod state;
 mod transmittance;
 

@@ -15,6 +15,7 @@ use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, add_ball_sunlight};
 use super::scratch::Scratch;
+use super::split;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
@@ -29,11 +30,27 @@ const LONG_PATH: u32 = 512;
 
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
-    let hero = scratch.hero;
     scratch.begin_path();
-    let mut ray = *camera_ray;
+    scratch.branches.clear();
     let is_crowded = is_crowded(scratch);
-    for order in 1..=ctx.max_order {
+    follow_path(ctx, camera_ray, 1, is_crowded, random, scratch);
+    while let Some(branch) = scratch.take_up() {
+        follow_path(ctx, &branch.ray, branch.order + 1, is_crowded, &branch.random, scratch);
+    }
+}
+
+/// Follows a path from before its collision of the given order to its end; branches that it sends out wait.
+fn follow_path(
+    ctx: &RenderContext,
+    start: &LocalRay,
+    first_order: u32,
+    is_crowded: bool,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) {
+    let hero = scratch.hero;
+    let mut ray = *start;
+    for order in first_order..=ctx.max_order {
         let collided = match order {
             1 => force(ctx, &ray, hero, random.uniform(Purpose::Collision, order), scratch),
             _ => travel(ctx, &mut ray, order, is_crowded, random, scratch),
@@ -50,7 +67,7 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
         if order == 1 && scratch.leg == 0 {
             note_depth(scratch);
         }
-        if order == ctx.max_order || !survives(random.uniform(Purpose::Roulette, order), order, scratch) {
+        if order == ctx.max_order || !goes_on(ctx, order, random, scratch) {
             return;
         }
         let most_turns = ctx.max_order - order;
@@ -75,6 +92,16 @@ pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &Path
             follow_chain(ctx, lobes, &station, random, scratch);
         }
         ray = next;
+        scratch.divide(&ray, order, random);
+    }
+}
+
+/// Whether a path goes on after a collision.
+fn goes_on(ctx: &RenderContext, order: u32, random: &PathRandom, scratch: &mut Scratch) -> bool {
+    let u = random.uniform(Purpose::Roulette, order);
+    match ctx.guide {
+        None => survives(u, order, scratch),
+        Some(guide) => split::goes_on(guide.light(scratch.event.point), u, order, LONG_PATH, scratch),
     }
 }
 

@@ -9,6 +9,7 @@ use super::backdrop::{Backdrop, BackdropError, LatLong};
 use super::forward::ForwardLobes;
 use super::glass::Glass;
 use super::glow::Glow;
+use super::guide::Guide;
 use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
@@ -107,6 +108,7 @@ pub struct Prepared {
     /// Estimated relative error of scattered light for want of wavelengths (theory (105)).
     pub band_error: f64,
     lobes: Option<ForwardLobes>,
+    guide: Option<Guide>,
     /// How much there is of everything.
     pub counts: Counts,
     /// What was noticed on the way.
@@ -158,6 +160,7 @@ impl Prepared {
         let tolerance = glow_tolerance(&scene.settings.accuracy);
         let shadows = plan.is_on(Effect::Shadows);
         let glow = is_lit.then(|| Glow::new(&accel, &media, &lighting, tolerance, shadows)).flatten();
+        let guide = plan.is_on(Effect::Multiple).then(|| Guide::new(&accel, &media, &lighting, &areas_m2)).flatten();
         let glass = Glass::new(&accel, balls, &bins, &scene.classes, &tables, absorption).map_err(OpticsError::from)?;
         let warnings =
             [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
@@ -177,6 +180,7 @@ impl Prepared {
             glow_tolerance: is_lit.then_some(tolerance),
             band_error,
             lobes,
+            guide,
             counts,
             warnings,
         })
@@ -185,6 +189,11 @@ impl Prepared {
     /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.
     pub fn without_chains(self) -> Self {
         Self { lobes: None, ..self }
+    }
+
+    /// The same scene without paths that divide where it gets brighter: the plain estimator, for comparison.
+    pub fn without_guide(self) -> Self {
+        Self { guide: None, ..self }
     }
 
     /// The same scene, rendered as on a processor without vector instructions; for tests.
@@ -200,6 +209,7 @@ impl Prepared {
             media: &self.media,
             glass: self.glass.as_ref(),
             lobes: self.lobes.as_ref(),
+            guide: self.guide.as_ref(),
             lighting: &self.lighting,
             glow: self.glow.as_ref(),
             camera: &self.camera,

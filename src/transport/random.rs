@@ -69,6 +69,9 @@ const GLOW: u64 = 0xd6e8_feb8_6659_fd93;
 const GLOW_BODY: u64 = 1 << 16;
 const GLOW_NEAR: u64 = 1 << 30;
 
+/// Branches draw from keys of their own.
+const BRANCH: u64 = 0xa076_1d64_78bd_642f;
+
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
 pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -122,6 +125,13 @@ impl PathRandom {
             key: mix(key ^ u64::from(sample).wrapping_add(1).wrapping_mul(GOLDEN)),
             point: SobolPoint::new(block_key, sample - block),
         }
+    }
+
+    /// The numbers of one of the branches into which a path divides after a collision: the path's own go on with the first.
+    pub fn branch(&self, collision: u32, copy: u32) -> Self {
+        let key =
+            mix(self.key ^ BRANCH.wrapping_add((u64::from(collision) << 32 | u64::from(copy)).wrapping_mul(GOLDEN)));
+        Self { key, point: self.point.rescrambled(key) }
     }
 
     /// Which of `n` wavelengths leads the path; those of a block take them evenly in turn.
@@ -198,8 +208,19 @@ mod tests {
         let by_block = |i: u32| PathRandom::new(1, 2, starts[i as usize]).uniform(Purpose::PixelX, 0);
         let by_pixel = |i: u32| PathRandom::new(1, u64::from(i), 3).uniform(Purpose::PixelX, 0);
         let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::Azimuth, 4);
-        let draws =
-            [&by_index as &dyn Fn(u32) -> f64, &by_body, &by_collision, &by_sample, &by_block, &by_pixel, &by_seed];
+        let by_copy = |i: u32| PathRandom::new(1, 2, 3).branch(2, i).uniform(Purpose::Collision, 3);
+        let by_division = |i: u32| PathRandom::new(1, 2, 3).branch(i, 1).uniform(Purpose::Angle, 9);
+        let draws = [
+            &by_index as &dyn Fn(u32) -> f64,
+            &by_body,
+            &by_collision,
+            &by_sample,
+            &by_block,
+            &by_pixel,
+            &by_seed,
+            &by_copy,
+            &by_division,
+        ];
         for draw in draws {
             let (cells, n) = (64, 64_000u32);
             let mut count = vec![0.0; cells];

@@ -6,6 +6,7 @@ use super::flight::meet;
 use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Glass, Ways};
 use super::glow::Glow;
+use super::guide::Guide;
 use super::lighting::Lighting;
 use super::march::march;
 use super::media::Media;
@@ -29,6 +30,8 @@ pub struct RenderContext<'a> {
     pub glass: Option<&'a Glass>,
     /// The forward lobe that the droplets have in common, where they have one.
     pub(super) lobes: Option<&'a ForwardLobes>,
+    /// How bright the cloud is inside, where paths need to know it.
+    pub(super) guide: Option<&'a Guide>,
     /// The light.
     pub lighting: &'a Lighting,
     /// What glows, where glow is simulated.

@@ -9,6 +9,7 @@ use super::lighting::SunLight;
 use super::random::{PathRandom, Purpose};
 use super::render::RayCounts;
 use super::sample::RenderContext;
+use super::split::Branches;
 use super::transmittance::OpticalDepth;
 use crate::accel::{Body, Crossing, LocalRay};
 use crate::film::Layer;
@@ -53,6 +54,8 @@ pub(super) struct Scratch {
     /// The collision that the path is at.
     pub event: Event,
     pub finder: Finder,
+    /// Branches of the path that wait.
+    pub branches: Branches,
     /// Optical depth of the whole ray that was followed last.
     pub total_depth: Vec<f64>,
     /// Transmittance toward the sun that was asked last.
@@ -95,6 +98,7 @@ impl Scratch {
             aside: Aside::new(n_wavelengths),
             event: Event::new(n_wavelengths),
             finder: Finder::default(),
+            branches: Branches::default(),
             total_depth: zeros(),
             sunlit: zeros(),
             layers: Layer::ALL.map(|_| zeros()),

@@ -26,6 +26,11 @@ impl SobolPoint {
         Self { scramble, index_rev: index.reverse_bits(), latest: Cell::new((u32::MAX, [0; 4])) }
     }
 
+    /// The same point of another sequence.
+    pub fn rescrambled(&self, scramble: u64) -> Self {
+        Self { scramble, index_rev: self.index_rev, latest: Cell::new((u32::MAX, [0; 4])) }
+    }
+
     /// One coordinate, as 32 bits after the point.
     #[inline]
     pub fn coordinate(&self, dimension: u32) -> u32 {
