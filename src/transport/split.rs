@@ -63,7 +63,8 @@ pub(super) fn goes_on(light: f64, u: f64, order: u32, long: u32, scratch: &mut S
     }
     let against_first = largest * light * branches.per_first;
     let survival = (against_first / THIN_BELOW).min(1.0) * survival_of_length(order, long);
-    if !(u < survival) {
+    // A path without weight has no survival that is a number.
+    if u >= survival || survival.is_nan() {
         return false;
     }
     if against_first > SPLIT_ABOVE && branches.n_begun < MOST_BRANCHES {
