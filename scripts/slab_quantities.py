@@ -54,8 +54,6 @@ class Quantity:
     @property
     def target(self):
         """Relative standard error that is wanted."""
-        if self.kind in ("albedo", "transmittance", "escaping"):
-            return 0.003
         return 0.01 if self.expected < 1e-3 or self.case["tau"] == 64 else 0.005
 
 

@@ -8,8 +8,8 @@ Needs numpy and OpenEXR (`pip install numpy OpenEXR`). The reference is tests/da
 compared, and how it is rendered, is in slab_quantities.py.
 
 A pilot picture gives the spread of paths; pictures with other random numbers follow, each with so many samples as the errors
-before it call for, until the standard error of all but the pilot is at the target (0.5 %; 1 % for radiances below 1e-3 and at
-optical depth 64; 0.3 % for fluxes) or --limit CPU seconds are spent. What ends above the target is compared all the same
+before it call for, until the standard error of all but the pilot is at the target (0.5 %; 1 % for what is below 1e-3 and at
+optical depth 64) or --limit CPU seconds are spent. What ends above the target is compared all the same
 and counted as "short". `render --noise` would stop at the first lucky picture: rare bright paths that have not come yet
 are missing from its noise too.
 
