@@ -19,7 +19,7 @@ const SPLIT_ABOVE: f64 = 2.0;
 const MOST_COPIES: f64 = 16.0;
 
 /// A sample of a pixel divides no further after so many.
-const MOST_BRANCHES: u32 = 1 << 16;
+const MOST_BRANCHES: u32 = 1 << 10;
 
 /// A branch that waits; its numbers by wavelength lie in `Branches::numbers`.
 #[derive(Clone, Debug)]
