@@ -3,7 +3,8 @@
 //!
 //! Legend: h = 1 - cos theta; s = sin(theta/2) from the nearer end, so that both the forward peak and the glory are resolved;
 //! alpha^2, variance per axis of the directions in which a cluster's droplets lie; V, variance of p over these directions
-//! over the square of its mean. Theory (62).
+//! over the square of its mean; D, mean square over them of what twice the variance changes, over the same. Theory (62),
+//! (140).
 
 /// Blurred tables grow by sqrt(2) in alpha from one to the next, so that each is the one before blurred by as much again.
 const LEVEL_RATIO: f64 = 2.0;
@@ -31,10 +32,22 @@ pub(super) struct BlurTable {
     levels: Vec<Level>,
     /// One row per entry: the functions.
     values: Vec<f32>,
-    /// One per entry: the leading function, and V.
-    lead: Vec<[f32; 2]>,
+    /// One per entry, of the leading function.
+    lead: Vec<Lead>,
     /// One over the first blurred level's alpha^2, times the root of a half step between levels.
     per_variance: f32,
+}
+
+/// What decisions need of a function at an angle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lead {
+    value: f32,
+    /// V.
+    spread: f32,
+    /// D.
+    unsure: f32,
+    /// Change with h over the value.
+    slope: f32,
 }
 
 /// One table: entries for the forward half, then for the backward half.
@@ -69,30 +82,45 @@ impl BlurTable {
         let mut tables = Self { n_channels, levels: Vec::new(), values: Vec::new(), lead: Vec::new(), per_variance };
         let sharp = Rows::sharp(step_rad, n_channels, shares, eval);
         let (mut rows, mut alpha) = (Rows::blurred(&sharp, first_variance.sqrt(), step_rad), first_variance.sqrt());
-        tables.push(&sharp, shares, 0.0);
+        let mut change = Rows::change(&sharp, &rows, shares, alpha);
+        tables.push(&sharp, shares, [&rows, &change]);
         loop {
-            tables.push(&rows, shares, 1.0);
+            tables.push(&rows, shares, [&rows, &change]);
             if alpha * alpha >= WIDEST {
                 return tables;
             }
             // Seven points at once would be too far apart: 14 % too much in the middle of what is narrower than the blur.
             let (half, step_rad) = (alpha * 0.5f64.sqrt(), alpha / STEPS_PER_BLUR);
-            rows = Rows::blurred(&Rows::blurred(&rows, half, step_rad), half, step_rad);
+            let wider = Rows::blurred(&Rows::blurred(&rows, half, step_rad), half, step_rad);
             alpha *= LEVEL_RATIO.sqrt();
+            change = Rows::change(&rows, &wider, shares, alpha);
+            rows = wider;
         }
     }
 
-    fn push(&mut self, rows: &Rows, shares: &[f64], blurred: f64) {
+    /// Adds a table; `doubts` are the blurred table whose mean squares tell V and that by whose blur functions changed.
+    fn push(&mut self, rows: &Rows, shares: &[f64], [blurred, change]: [&Rows; 2]) {
         self.levels.push(Level {
             first: self.lead.len() as u32,
             per_side: rows.per_side as u32,
             steps_per_s: (1.0 / rows.step_s) as f32,
         });
-        for row in rows.rows.chunks_exact(rows.stride) {
-            let (square, values) = (row[self.n_channels], &row[..self.n_channels]);
-            let even = weighted(values, shares, |p| p * p);
-            let spread = if even > 0.0 { (square / even - 1.0).max(0.0) } else { 0.0 };
-            self.lead.push([weighted(values, shares, |p| p) as f32, (blurred * spread) as f32]);
+        let mean = |i: usize| weighted(&rows.row(i)[..self.n_channels], shares, |p| p);
+        for i in 0..2 * rows.per_side {
+            let values = &rows.row(i)[..self.n_channels];
+            let [mut mean_row, mut changed] = [vec![0.0; blurred.stride], vec![0.0]];
+            blurred.add(rows.h(i), 1.0, &mut mean_row);
+            change.add(rows.h(i), 1.0, &mut changed);
+            let even = weighted(&mean_row[..self.n_channels], shares, |p| p * p);
+            let over_even = |square: f64| if even > 0.0 { square / even } else { 0.0 };
+            let (value, [below, above]) = (mean(i), rows.neighbours(i));
+            let slope = (mean(above) - mean(below)) / (rows.h(above) - rows.h(below));
+            self.lead.push(Lead {
+                value: value as f32,
+                spread: (over_even(mean_row[self.n_channels]) - 1.0).max(0.0) as f32,
+                unsure: over_even(changed[0]) as f32,
+                slope: if value > 0.0 { (slope / value) as f32 } else { 0.0 },
+            });
             self.values.extend(values.iter().map(|value| *value as f32));
         }
     }
@@ -133,15 +161,25 @@ impl BlurTable {
     #[inline(always)]
     pub fn lead(&self, spot: Spot) -> f32 {
         let i = spot.entry as usize;
-        let (a, b) = (self.lead[i][0], self.lead[i + 1][0]);
+        let (a, b) = (self.lead[i].value, self.lead[i + 1].value);
         a + spot.part * (b - a)
     }
 
-    /// V, by its functions' own variances: between wavelengths they do not cancel.
+    /// V and D of the functions blurred by alpha^2, by their own variances: between wavelengths they do not cancel.
     #[inline(always)]
-    pub fn spread(&self, spot: Spot) -> f32 {
+    pub fn doubt(&self, spot: Spot, variance: f32) -> [f32; 2] {
+        let (a, b) = (self.lead[spot.entry as usize], self.lead[spot.entry as usize + 1]);
+        // The sharp table has those of the first blurred one, which grow with alpha^2 and its square.
+        let part = (variance * self.per_variance).min(1.0);
+        [part * a.spread.max(b.spread), part * part * a.unsure.max(b.unsure)]
+    }
+
+    /// Change with h of the leading function, over it.
+    #[inline(always)]
+    pub fn slope(&self, spot: Spot) -> f32 {
         let i = spot.entry as usize;
-        self.lead[i][1].max(self.lead[i + 1][1])
+        let (a, b) = (self.lead[i].slope, self.lead[i + 1].slope);
+        a + spot.part * (b - a)
     }
 
     /// The rows between which a spot lies.
@@ -217,6 +255,31 @@ impl Rows {
         table
     }
 
+    /// Mean square over a cluster's directions of what its functions change from a blur to the next, `alpha`: one number
+    /// per entry of the next.
+    fn change(sharper: &Self, wider: &Self, shares: &[f64], alpha: f64) -> Self {
+        let mut squares = Self { rows: vec![0.0; 2 * sharper.per_side], stride: 1, ..*sharper };
+        let mut at = vec![0.0; wider.stride];
+        for index in 0..2 * sharper.per_side {
+            at.fill(0.0);
+            wider.add(sharper.h(index), 1.0, &mut at);
+            at.iter_mut().zip(sharper.row(index)).for_each(|(wide, sharp)| *wide -= sharp);
+            squares.rows[index] = weighted(&at, shares, |change| change * change);
+        }
+        let (half, step_rad) = (alpha * 0.5f64.sqrt(), 2.0 * wider.step_s);
+        Self::blurred(&Self::blurred(&squares, half, step_rad), half, step_rad)
+    }
+
+    fn row(&self, index: usize) -> &[f64] {
+        &self.rows[index * self.stride..(index + 1) * self.stride]
+    }
+
+    /// The entries on either side of one, or itself at an end of its half.
+    fn neighbours(&self, index: usize) -> [usize; 2] {
+        let first = index / self.per_side * self.per_side;
+        [index.saturating_sub(1).max(first), (index + 1).min(first + self.per_side - 1)]
+    }
+
     fn h(&self, index: usize) -> f64 {
         let forward = index < self.per_side;
         let s = (index % self.per_side) as f64 * self.step_s;
@@ -288,7 +351,7 @@ mod tests {
         for (h, variance) in [(0.0, 1e-9), (1.0, 1e-3), (2.0, 0.5), (0.7, 7.0)] {
             let spot = table.spot(h, variance);
             assert!((table.lead(spot) * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-5);
-            assert!(table.spread(spot) < 1e-5);
+            assert!(table.doubt(spot, variance).iter().all(|doubt| *doubt < 1e-5) && table.slope(spot).abs() < 1e-4);
         }
     }
 }

@@ -12,14 +12,14 @@ use super::mixture::SKETCH;
 use super::sources::LEAF;
 use super::tree::Octet;
 
-/// How much the shape of a cluster, which is taken to be normal, matters: where the summand varies little within it the
-/// second moments are right and the error goes with V; where it has a peak, with the chance that more droplets than
-/// supposed lie in that, V^(1/2). Calibrated against exact sums (`tests/glow.rs`).
-const SHAPE_ERROR: f32 = 0.4;
+/// How much of the variance that (64) foretells was found in nodes of even and puffy clouds, one size and many: half, as
+/// fringes that are as wide as a node are weakened less than by what their contrast and the node's shape tell apart.
+const FOUND: f32 = 0.5;
 
-/// Estimated error that is allowed per error that is asked for: true errors scatter about the estimate, and one in a
-/// hundred sums may be off by twice the tolerance. Calibrated with it.
-const CAUTION: f64 = 0.2;
+/// Estimated error that is allowed per error that is asked for: errors of nodes side by side have one sign where a fringe is
+/// wider than they are, and one in a hundred sums may be off by twice the tolerance. Calibrated against exact sums
+/// (`tests/glow.rs`).
+const CAUTION: f64 = 0.3;
 
 /// The same for what many nodes have in common, the part of their phase functions that the mixture leaves (112): known at
 /// its RMS over all angles.
@@ -27,6 +27,13 @@ const COMMON_CAUTION: f64 = 0.4;
 
 /// What may be off by more than this is opened however little it brings: estimates of such are no good.
 const MOST_RELATIVE: f32 = 0.3;
+
+/// Square of how much of two factors' variances together their product may be off: second moments give half of it per axis,
+/// and differ between axes by as much.
+const PRODUCTS: f32 = 0.25;
+
+/// Most that two phase functions' slopes together change a node's light: beyond, second order tells nothing.
+const MOST_TOGETHER: f32 = 0.5;
 
 /// Most passes of falling threshold, each half the last.
 const MOST_PASSES: usize = 24;
@@ -237,9 +244,8 @@ impl Cut {
             self.stack.push(octet.child[k]);
             return;
         }
-        let (item, spread) = weigh(glow, eye, octet, looked, place, k);
-        let shape = shape_error(spread);
-        let relative2 = spread * octet.graininess[k] + octet.rest[k] + shape * shape;
+        let (item, doubt) = weigh(glow, eye, octet, looked, place, k);
+        let relative2 = variance_of(doubt, octet.graininess[k]) + octet.rest[k];
         let error = relative2.sqrt() * item.light;
         if error > limit || relative2 > MOST_RELATIVE * MOST_RELATIVE {
             self.stack.push(octet.child[k]);
@@ -260,8 +266,8 @@ impl Cut {
         if weight == 0.0 || (is_droplet && d < octet.reach[k].max(eye.near)) {
             return;
         }
-        let (item, spread) = weigh(glow, eye, octet, looked, place, k);
-        let error = if is_droplet { 0.0 } else { shape_error(spread) * item.light };
+        let (item, doubt) = weigh(glow, eye, octet, looked, place, k);
+        let error = if is_droplet { 0.0 } else { variance_of(doubt, octet.graininess[k]).sqrt() * item.light };
         let (factor, light) = (item.factor * weight, item.light * weight);
         self.items.push(Item { error, factor, light, is_leaf: true, ..item });
     }
@@ -296,33 +302,61 @@ fn look(glow: &Glow, eye: &Eye, octet: &Octet) -> Looked {
     out
 }
 
-/// What a node brings, and V.
+/// What is known of a summand over a node.
+#[derive(Clone, Copy)]
+struct Doubt {
+    /// V.
+    spread: f32,
+    /// D, and what comes with products of its factors.
+    unsure: f32,
+}
+
+/// What a node brings, and its doubts.
 #[inline(always)]
-fn weigh(glow: &Glow, eye: &Eye, octet: &Octet, looked: &Looked, place: u32, k: usize) -> (Item, f32) {
+fn weigh(glow: &Glow, eye: &Eye, octet: &Octet, looked: &Looked, place: u32, k: usize) -> (Item, Doubt) {
+    let node = place * LEAF as u32 + k as u32;
     let alpha2 = looked.alpha2[k];
-    let air = glow.air.spot(looked.h_air[k], alpha2);
+    let h_air = looked.h_air[k];
+    let air = glow.air.spot(h_air, alpha2);
+    let [air_spread, air_unsure] = glow.air.doubt(air, alpha2);
     let e = [looked.e[0][k], looked.e[1][k], looked.e[2][k]];
-    let (mut phase, mut spread, mut first) = (0.0, 0.0f32, Spot::default());
+    let (mut phase, mut together, mut spread, mut unsure, mut first) = (0.0, 0.0, 0.0f32, 0.0f32, Spot::default());
     for (i, sun) in glow.suns.iter().enumerate() {
-        let spot = glow.phases.spot(turn(e, eye.sun(glow, i)), alpha2);
-        phase += sun.share * glow.phases.lead(spot);
-        spread = spread.max(glow.phases.spread(spot));
+        let toward = eye.sun(glow, i);
+        let h = turn(e, toward);
+        let spot = glow.phases.spot(h, alpha2);
+        let part = sun.share * glow.phases.lead(spot);
+        let [own_spread, own_unsure] = glow.phases.doubt(spot, alpha2);
+        phase += part;
+        // The gradient of p(h) about e is -dp/dh times what of L is across e; the air's has -v in the place of L.
+        let across = -dot(toward, eye.view) - (1.0 - h) * (1.0 - h_air);
+        together += part * glow.phases.slope(spot) * across;
+        spread = spread.max(own_spread);
+        unsure = unsure.max(own_unsure);
         if i == 0 {
             first = spot;
         }
     }
-    let factor = looked.factor[k];
+    let together = if phase > 0.0 { alpha2 * glow.air.slope(air) * together / phase } else { 0.0 };
+    let factor = looked.factor[k] * (1.0 + together.clamp(-MOST_TOGETHER, MOST_TOGETHER));
     let light = octet.weight[k] * factor * glow.air.lead(air) * phase;
-    let along = glow.extinction_per_unit * glow.extinction_per_unit * octet.variance[k];
-    let spread = spread + glow.air.spread(air) + 4.0 * alpha2 + along;
-    let node = place * LEAF as u32 + k as u32;
-    (Item { node, is_leaf: false, factor, air, spot: first, light, error: 0.0 }, spread)
+    let smooth = 4.0 * alpha2 + glow.extinction_per_unit * glow.extinction_per_unit * octet.variance[k];
+    let doubt = Doubt {
+        spread: spread + air_spread + smooth,
+        unsure: unsure + air_unsure + PRODUCTS * (spread * air_spread + smooth * smooth),
+    };
+    (Item { node, is_leaf: false, factor, air, spot: first, light, error: 0.0 }, doubt)
 }
 
-/// Relative error by the shape of a cluster over which the summand has the relative variance V.
+/// epsilon^2 but for the remainder of the phase function.
 #[inline(always)]
-fn shape_error(spread: f32) -> f32 {
-    SHAPE_ERROR * spread / (1.0 + spread.sqrt())
+fn variance_of(doubt: Doubt, graininess: f32) -> f32 {
+    FOUND * (doubt.spread * graininess + doubt.unsure)
+}
+
+#[inline(always)]
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// h = 1 - cos of the angle between unit vectors.

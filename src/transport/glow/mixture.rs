@@ -49,6 +49,11 @@ pub(super) struct Mixture {
 }
 
 impl Mixture {
+    /// Mean square relative deviation of a phase function per square of a coefficient.
+    pub fn per_column(&self) -> f64 {
+        1.0 / (self.n_angles * self.n_wavelengths) as f64
+    }
+
     /// Compares bins; `scattering` holds what each scatters in all, one row of wavelengths per bin.
     pub fn new(media: &Media, scattering: &[f64], tolerance: f64) -> Self {
         let (n_bins, n) = (media.n_bins(), media.n_wavelengths());

@@ -17,6 +17,8 @@ mod light;
 mod mixture;
 mod near;
 mod probe;
+mod runs;
+mod shape;
 mod sources;
 mod tree;
 
@@ -25,8 +27,10 @@ use rayon::prelude::*;
 
 use self::blur::{BlurTable, step_for};
 use self::mixture::Mixture;
+use self::runs::Run;
+use self::shape::own_grains;
 use self::sources::{OpticalRows, Slot, SunShare, amount_of, drawn_radius_m, own_variance_m2};
-use self::tree::{Remainders, Summary, Tree, sort_for_tree};
+use self::tree::{Remainders, Summary, Tree};
 use super::lighting::Lighting;
 use super::media::Media;
 use crate::accel::Accel;
@@ -110,7 +114,7 @@ impl Glow {
         let is_single = |slot: &Slot| n_droplets <= FEW_DROPLETS && is_droplet(slot);
         let singles: Vec<Slot> = items.iter().map(|(_, slot)| *slot).filter(is_single).collect();
         items.retain(|(_, slot)| !is_single(slot));
-        sort_for_tree(&mut items);
+        let run = Run::sort(&mut items);
         let n_in_tree = items.len();
         let slots: Vec<Slot> = items.into_iter().map(|(_, slot)| slot).chain(singles).collect();
         let error = if tolerance > 0.0 { tolerance } else { EXACT };
@@ -146,8 +150,9 @@ impl Glow {
             shadows,
         };
         let summarise = |slot: usize| glow.summarise(accel, media, lighting, scattering_m2, slot);
-        let remainders = Remainders { single: glow.mixture.remainder, negligible: glow.mixture.negligible };
-        let (tree, root) = Tree::build(glow.n_in_tree, remainders, &summarise);
+        let Mixture { remainder, negligible, .. } = glow.mixture;
+        let remainders = Remainders { single: remainder, negligible, per_column: glow.mixture.per_column() };
+        let (tree, root) = Tree::build(&run, remainders, &summarise);
         glow.tree = tree;
         glow.near_m = root.map_or(0.0, |root| glow.choose_near(n_droplets, &root));
         Some(glow)
@@ -202,6 +207,7 @@ impl Glow {
             center: (body.center - self.middle) / self.unit_m,
             moment: 3.0 * variance * weight,
             squares: if is_fog { 0.0 } else { weight * weight },
+            grains: own_grains(accel, body),
             reach: drawn_radius_m(media, body) / self.unit_m,
             sketch: self.mixture.sketch(body.bin()).iter().map(|s| f64::from(*s) * weight).collect(),
             bins,

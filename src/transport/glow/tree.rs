@@ -2,13 +2,15 @@
 //!
 //! Coordinates are f32 in units of the cloud's extent about its middle; f64 returns wherever single sources count.
 //! Legend: W, light that is scattered in all, as decisions weigh wavelengths; centroid, variance per axis and reach of
-//! the sources, weighted by it; n, sources of equal weight that would vary as much.
+//! the sources, weighted by it; n, sources of equal weight that would vary as much; G, one over the number of grains that it
+//! acts as (`shape`).
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::mixture::SKETCH;
-use super::sources::{LEAF, Slot};
+use super::runs::Run;
+use super::shape::{Lump, unlike_normal};
+use super::sources::LEAF;
 
 /// Eight nodes side by side: children of one node, or single sources.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,7 +22,7 @@ pub(super) struct Octet {
     /// No source is farther from the centroid; for a single droplet its drawn radius.
     pub reach: [f32; LEAF],
     pub weight: [f32; LEAF],
-    /// 1 / n.
+    /// G.
     pub graininess: [f32; LEAF],
     /// Variance of the phase function's remainder over its square: at least that of single droplets over n, who sample their
     /// fringes.
@@ -40,7 +42,10 @@ pub(super) struct Summary {
     pub center: DVec3,
     /// Sum over the axes of the second moment about the centre, times weight.
     pub moment: f64,
+    /// Sum of squares of weights, of single droplets.
     pub squares: f64,
+    /// G.
+    pub grains: f64,
     pub reach: f64,
     /// Scattered light by sun and wavelength.
     pub colour: Vec<f64>,
@@ -62,6 +67,8 @@ pub(super) struct Remainders {
     pub single: f64,
     /// Up to which a node of few bins need not be known by these.
     pub negligible: f64,
+    /// Mean square deviation of a phase function per square of a coefficient of the mixture's.
+    pub per_column: f64,
 }
 
 /// The tree; rows of colours and deviations stand apart, one per node, by octet and place in it.
@@ -81,81 +88,31 @@ pub(super) struct Tree {
     remainders: Remainders,
 }
 
-/// Sorts positions so that every run of eight, sixty-four and so on of the tree lies together.
-pub(super) fn sort_for_tree(items: &mut [([f32; 3], Slot)]) {
-    if items.len() <= LEAF {
-        return;
-    }
-    let (low, high) = bounds(items);
-    let axis = (0..3).max_by(|a, b| (high[*a] - low[*a]).total_cmp(&(high[*b] - low[*b]))).unwrap_or(0);
-    let middle = middle_of(items.len());
-    items.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then_with(|| a.1.body.cmp(&b.1.body)));
-    let (left, right) = items.split_at_mut(middle);
-    if left.len() > 4096 {
-        rayon::join(|| sort_for_tree(left), || sort_for_tree(right));
-    } else {
-        sort_for_tree(left);
-        sort_for_tree(right);
-    }
-}
-
-fn bounds(items: &[([f32; 3], Slot)]) -> ([f32; 3], [f32; 3]) {
-    let unite = |(a, b): ([f32; 3], [f32; 3]), (c, d): ([f32; 3], [f32; 3])| {
-        ([0, 1, 2].map(|i| a[i].min(c[i])), [0, 1, 2].map(|i| b[i].max(d[i])))
-    };
-    let empty = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let of = |part: &[([f32; 3], Slot)]| part.iter().fold(empty, |sum, (p, _)| unite(sum, (*p, *p)));
-    if items.len() < 1 << 16 { of(items) } else { items.par_chunks(1 << 14).map(of).reduce(|| empty, unite) }
-}
-
-/// Where a run is halved: so that leaves come out full.
-fn middle_of(len: usize) -> usize {
-    (len / 2).next_multiple_of(LEAF).min(len.next_multiple_of(LEAF) - LEAF)
-}
-
-/// The parts of a run that become the children of one node.
-fn eighths(len: usize) -> Vec<std::ops::Range<usize>> {
-    let mut parts: Vec<_> = std::iter::once(0..len).collect();
-    for _ in 0..3 {
-        parts = parts
-            .into_iter()
-            .flat_map(|part| {
-                if part.len() <= LEAF {
-                    return vec![part];
-                }
-                let middle = part.start + middle_of(part.len());
-                vec![part.start..middle, middle..part.end]
-            })
-            .collect();
-    }
-    parts
-}
-
 impl Tree {
     /// Builds the tree over sorted sources; `summarise` describes one of them.
-    pub fn build(
-        n_sources: usize,
-        remainders: Remainders,
-        summarise: &impl Fn(usize) -> Summary,
-    ) -> (Self, Option<Summary>) {
+    pub fn build(run: &Run, remainders: Remainders, summarise: &impl Fn(usize) -> Summary) -> (Self, Option<Summary>) {
         let mut tree = Self { remainders, ..Self::default() };
-        if n_sources == 0 {
+        if run.len() == 0 {
             return (tree, None);
         }
-        let (_, root) = tree.add(0..n_sources, summarise);
+        let (_, root) = tree.add(run, 0, summarise);
         (tree, Some(root))
     }
 
-    /// Adds the octet of a run and all below it; returns its place.
-    fn add(&mut self, run: std::ops::Range<usize>, summarise: &impl Fn(usize) -> Summary) -> (u32, Summary) {
+    /// Adds the octet of a run that begins at a slot, and all below it; returns its place.
+    fn add(&mut self, run: &Run, first: usize, summarise: &impl Fn(usize) -> Summary) -> (u32, Summary) {
         let place = self.octets.len();
         self.octets.push(Octet::default());
-        let is_leaf = run.len() <= LEAF;
+        let is_leaf = matches!(run, Run::Leaf(_));
         let children: Vec<(u32, Summary)> = if is_leaf {
-            run.map(|slot| (slot as u32, summarise(slot))).collect()
+            (first..first + run.len()).map(|slot| (slot as u32, summarise(slot))).collect()
         } else {
-            let parts = eighths(run.len()).into_iter();
-            parts.map(|part| self.add(run.start + part.start..run.start + part.end, summarise)).collect()
+            let starts = run.children().into_iter().scan(first, |next, part| {
+                let start = *next;
+                *next += part.len();
+                Some((part, start))
+            });
+            starts.map(|(part, start)| self.add(part, start, summarise)).collect()
         };
         let mut octet = Octet { count: children.len() as u8, is_leaf, ..Octet::default() };
         for (k, (child, summary)) in children.iter().enumerate() {
@@ -166,7 +123,7 @@ impl Tree {
             self.store_bins(&mut octet, &children);
         }
         self.octets[place] = octet;
-        (place as u32, merge(&children))
+        (place as u32, merge(&children, is_leaf, self.remainders.per_column))
     }
 
     /// Only nodes above single sources have rows; these know their bins.
@@ -198,7 +155,7 @@ impl Tree {
         for (k, (_, summary)) in children.iter().enumerate() {
             let scale = if summary.weight > 0.0 { 1.0 / summary.weight } else { 0.0 };
             let rest = summary.sketch.iter().map(|s| (s * scale).powi(2)).sum::<f64>();
-            octet.rest[k] = octet.graininess[k] * self.remainders.single as f32;
+            octet.rest[k] = (summary.evenness() * self.remainders.single) as f32;
             if rest <= self.remainders.negligible {
                 continue;
             }
@@ -242,13 +199,20 @@ impl Octet {
         self.variance[k] = (summary.moment / (3.0 * weight)) as f32;
         self.reach[k] = summary.reach as f32;
         self.weight[k] = summary.weight as f32;
-        self.graininess[k] = (summary.squares / (weight * weight)).min(1.0) as f32;
+        self.graininess[k] = summary.grains as f32;
         self.child[k] = child;
     }
 }
 
+impl Summary {
+    /// 1 / n.
+    fn evenness(&self) -> f64 {
+        (self.squares / self.weight.max(f64::MIN_POSITIVE).powi(2)).min(1.0)
+    }
+}
+
 /// What all children together amount to.
-fn merge(children: &[(u32, Summary)]) -> Summary {
+fn merge(children: &[(u32, Summary)], is_leaf: bool, per_column: f64) -> Summary {
     let weight: f64 = children.iter().map(|(_, child)| child.weight).sum();
     let even = 1.0 / children.len() as f64;
     // Sources in full shade still need a place.
@@ -261,15 +225,42 @@ fn merge(children: &[(u32, Summary)]) -> Summary {
         }
         total
     };
+    let moment = children.iter().map(|(_, c)| c.moment + c.weight * (c.center - center).length_squared()).sum();
+    let own = |child: &Summary| child.moment / (3.0 * child.weight.max(f64::MIN_POSITIVE));
+    let lumps: Vec<Lump> = (children.iter().map(|(_, child)| child))
+        .map(|child| Lump { part: part(child), from_middle: child.center - center, variance: own(child) })
+        .collect();
+    let below: f64 = children.iter().map(|(_, child)| part(child).powi(2) * child.grains).sum();
+    let shape = unlike_normal(&lumps, moment / (3.0 * weight.max(f64::MIN_POSITIVE)));
+    // Single droplets are lumps already.
+    let lumpy = if is_leaf { below.max(shape) } else { below + shape };
+    let (mix, sketch) = (sum(&|child| &child.mix), sum(&|child| &child.sketch));
+    let differ = |of: &dyn Fn(&Summary) -> &[f64], mean: &[f64]| -> f64 {
+        let square = |child: &Summary| {
+            let scale = child.weight.max(f64::MIN_POSITIVE).recip();
+            of(child)
+                .iter()
+                .zip(mean)
+                .map(|(own, mean)| (own * scale - mean / weight.max(f64::MIN_POSITIVE)).powi(2))
+                .sum::<f64>()
+        };
+        children.iter().map(|(_, child)| part(child) * square(child)).sum()
+    };
+    let mixed = if is_leaf {
+        0.0
+    } else {
+        per_column * differ(&|child| &child.mix, &mix) + differ(&|child| &child.sketch, &sketch)
+    };
     Summary {
         weight,
         center,
-        moment: children.iter().map(|(_, c)| c.moment + c.weight * (c.center - center).length_squared()).sum(),
+        moment,
+        grains: (lumpy + mixed).min(1.0),
         squares: children.iter().map(|(_, child)| child.squares).sum(),
         reach: children.iter().map(|(_, c)| c.reach + (c.center - center).length()).fold(0.0, f64::max),
         colour: sum(&|child| &child.colour),
-        mix: sum(&|child| &child.mix),
-        sketch: sum(&|child| &child.sketch),
+        mix,
+        sketch,
         bins: merge_bins(children),
     }
 }
@@ -292,23 +283,31 @@ fn merge_bins(children: &[(u32, Summary)]) -> Vec<(u32, Vec<f64>)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sources::Slot;
     use super::*;
 
+    /// Sources at x = 0, 1, 2, .. of weight 1.
+    fn one(i: usize) -> Summary {
+        Summary {
+            weight: 1.0,
+            center: DVec3::splat(i as f64),
+            moment: 0.0,
+            squares: 1.0,
+            grains: 1.0,
+            reach: 0.0,
+            colour: vec![1.0],
+            mix: vec![],
+            sketch: vec![],
+            bins: vec![],
+        }
+    }
+
     #[test]
-    fn leaves_are_full_but_one() {
+    fn evenly_spread_leaves_are_full_but_one() {
         for len in [1, 7, 8, 9, 64, 65, 1000, 4097] {
-            let one = |i: usize| Summary {
-                weight: 1.0,
-                center: DVec3::splat(i as f64),
-                moment: 0.0,
-                squares: 1.0,
-                reach: 0.0,
-                colour: vec![1.0],
-                mix: vec![],
-                sketch: vec![],
-                bins: vec![],
-            };
-            let (tree, root) = Tree::build(len, Remainders::default(), &one);
+            let slot = |i: usize| Slot { body: i as u32, amount: 1.0 };
+            let mut items: Vec<_> = (0..len).map(|i| ([i as f32, 0.0, 0.0], slot(i))).collect();
+            let (tree, root) = Tree::build(&Run::sort(&mut items), Remainders::default(), &one);
             let leaves: Vec<usize> = tree.octets.iter().filter(|o| o.is_leaf).map(|o| usize::from(o.count)).collect();
             assert_eq!(leaves.iter().sum::<usize>(), len);
             assert_eq!(leaves.len(), len.div_ceil(LEAF), "{len}: {leaves:?}");
