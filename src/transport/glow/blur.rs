@@ -323,14 +323,18 @@ mod tests {
         }
     }
 
+    /// The nearest alpha of a table, which stand at powers of two of alpha^2.
+    fn at_a_level(table: &BlurTable, alpha: f64) -> f64 {
+        let level = (alpha * alpha * f64::from(table.per_variance) / 2f64.sqrt()).log2().round();
+        (level.exp2() / f64::from(table.per_variance) * 2f64.sqrt()).sqrt()
+    }
+
     /// The mean of HG over a normal distribution of directions about its axis, by quadrature in the plane.
     #[test]
     fn a_blurred_table_is_the_mean_over_directions() {
         let (table, phase) = table(0.9);
         for alpha in [0.03f64, 0.1, 0.3] {
-            // The tables stand at powers of two of alpha^2.
-            let level = (alpha * alpha * f64::from(table.per_variance) / 2f64.sqrt()).log2().round();
-            let alpha = (level.exp2() / f64::from(table.per_variance) * 2f64.sqrt()).sqrt();
+            let alpha = at_a_level(&table, alpha);
             let n = 4000;
             let mean: f64 = (0..n)
                 .map(|i| {
@@ -343,6 +347,36 @@ mod tests {
             // Seven points instead of a normal distribution, level after level: 3 % where the peak is as wide as the blur.
             assert!((found / mean - 1.0).abs() < 0.05, "alpha {alpha}: {found} {mean}");
         }
+    }
+
+    /// Rationale: over a cluster the mean of a product of two functions is not that of their means; what is left at
+    /// second order is in their slopes (142). Expected: the mean by quadrature over a normal distribution, within what is of
+    /// fourth order.
+    #[test]
+    fn slopes_tell_what_two_functions_have_in_common() {
+        use glam::DVec3;
+        let (table, phase) = table(0.7);
+        let e = DVec3::Z;
+        let (l, m) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.3, 0.4, 0.75).normalize());
+        let alpha = at_a_level(&table, 0.05);
+        let (n, mut mean) = (200, 0.0);
+        let quantiles = || (0..n).map(|i| alpha * (-2.0 * ((f64::from(i) + 0.5) / f64::from(n)).ln()).sqrt());
+        for rho in quantiles() {
+            for k in 0..n {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
+                let to = DVec3::new(rho.sin() * cos, rho.sin() * sin, rho.cos());
+                let h = |axis: DVec3| 0.5 * (to - axis).length_squared();
+                mean += phase.eval(h(l)) * phase.eval(h(m)) / f64::from(n * n);
+            }
+        }
+        let variance = (alpha * alpha) as f32;
+        let h = |axis: DVec3| (0.5 * (e - axis).length_squared()) as f32;
+        let (p, q) = (table.spot(h(l), variance), table.spot(h(m), variance));
+        let apart = f64::from(table.lead(p) * table.lead(q));
+        let across = l.dot(m) - f64::from((1.0 - h(l)) * (1.0 - h(m)));
+        let together = f64::from(variance * table.slope(p) * table.slope(q)) * across;
+        assert!(together > 0.01, "{together}");
+        assert!((apart * (1.0 + together) / mean - 1.0).abs() < 0.2 * together, "{apart} {together} {mean}");
     }
 
     #[test]

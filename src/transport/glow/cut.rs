@@ -2,8 +2,9 @@
 //! clusters.
 //!
 //! Legend: x, the point that looks; y, a node's centroid; d = |x - y|; e, unit vector from y to x; L, a sun's
-//! direction; v, the camera ray's; alpha = sigma / d; V, spread of the summand over a node, relative; c, what a node
-//! brings; epsilon, its relative error. Theory (60), (61), (64).
+//! direction; v, the camera ray's; alpha = sigma / d; V, spread of the summand over a node, relative; D, what twice the
+//! blur would change of it; G, one over the number of grains that a node acts as; c, what it brings; epsilon, its
+//! relative error. Theory (60), (61), (64), (140)-(142).
 
 use super::Glow;
 use super::blur::Spot;
@@ -328,7 +329,7 @@ fn weigh(glow: &Glow, eye: &Eye, octet: &Octet, looked: &Looked, place: u32, k: 
         let part = sun.share * glow.phases.lead(spot);
         let [own_spread, own_unsure] = glow.phases.doubt(spot, alpha2);
         phase += part;
-        // The gradient of p(h) about e is -dp/dh times what of L is across e; the air's has -v in the place of L.
+        // The gradient of p(h) along e is -dp/dh times what of L is across e; the air's has -v in the place of L (142).
         let across = -dot(toward, eye.view) - (1.0 - h) * (1.0 - h_air);
         together += part * glow.phases.slope(spot) * across;
         spread = spread.max(own_spread);

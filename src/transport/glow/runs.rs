@@ -130,3 +130,38 @@ impl Axis {
         best.map_or((0.0, 0.0), |(gain, i)| (gain, self.mean + 0.5 * (self.values[i - 1] + self.values[i])))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn placed(at: [f32; 3], body: u32) -> Placed {
+        (at, Slot { body, amount: 1.0 })
+    }
+
+    /// Two clusters of 100 and 37 droplets, far apart along the shorter axis of neither.
+    #[test]
+    fn a_gap_splits_what_is_two_clusters() {
+        let spot = |i: u32, offset: f32| {
+            let u = |axis: u64| crate::transport::random::hash_uniform(u64::from(i), axis) as f32;
+            placed([u(0) + offset, u(1), 2.0 * u(2) - offset], i)
+        };
+        let mut items: Vec<Placed> = (0..100).map(|i| spot(i, 0.0)).chain((100..137).map(|i| spot(i, 6.0))).collect();
+        let Run::Pair(halves, 137) = Run::sort(&mut items) else { panic!("a pair") };
+        let lengths = [halves[0].len(), halves[1].len()];
+        assert!(lengths == [100, 37] || lengths == [37, 100], "{lengths:?}");
+        let first = items[..lengths[0]].iter().map(|(_, slot)| slot.body < 100);
+        assert!(first.clone().all(|one| one) || first.clone().all(|one| !one));
+    }
+
+    /// Coincident positions and such as only floats can tell apart have an end, too.
+    #[test]
+    fn any_positions_can_be_sorted() {
+        let powers = (0..140).map(|i| placed([(-i as f32).exp2(), 0.0, 0.0], i as u32));
+        let same = (140..400).map(|i| placed([0.5; 3], i));
+        let mut items: Vec<Placed> = powers.chain(same).collect();
+        let run = Run::sort(&mut items);
+        assert_eq!(run.len(), 400);
+        assert_eq!(run.children().iter().map(|part| part.len()).sum::<usize>(), 400);
+    }
+}
