@@ -20,24 +20,38 @@ pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
     (Some(estimate), reason)
 }
 
-/// Light that the air scatters between other scatterings, against the rest of the picture.
+/// Sunlight that the air scatters once.
+pub(super) fn airlight(scene: &Scene, facts: &SceneFacts) -> Estimate {
+    let air = &scene.settings.atmosphere;
+    if !air.sunlight {
+        return (Some(0.0), "atmosphere.sunlight is off".into());
+    }
+    let depth = air.scattering_per_m * air.depth_m;
+    (facts.parts.relative(facts.parts.air_rms), format!("the air's scattering optical depth is {depth:.3}"))
+}
+
+/// Light that the air scatters between other scatterings, against the rest of the picture; theory (104).
 ///
-/// The air scatters the share g = 1 - exp(-depth) of what crosses it, and of that again: exp(depth) - 1 of what it scatters once.
-/// Where the sun does not light it, glow takes the place of that, and what comes back to droplets from the air about them
-/// theory (104).
+/// The air scatters the share g = 1 - exp(-depth) of what crosses it, and of that again: exp(depth) - 1 of what it scatters once, of what lies
+/// behind and of what falls on droplets. Where the sun does not light it, glow takes the place of that, and what comes back to
+/// droplets from the air about them.
 pub(super) fn air_multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let air = &scene.settings.atmosphere;
     if air.scattering_per_m <= 0.0 {
         return (Some(0.0), "there is no air that scatters".into());
     }
     let depth = air.scattering_per_m * air.depth_m;
-    let by_air = -(-depth).exp_m1();
-    let background = &scene.settings.background;
-    let is_bright = background.image.is_some() || background.radiance != [0.0; 3];
-    let share = match () {
-        () if facts.sun_shines && air.sunlight || is_bright => depth.exp_m1(),
-        () if facts.sun_shines => facts.glow * (1.0 + depth.exp_m1() + facts.met_again),
-        () => 0.0,
+    let (by_air, again, parts) = (-(-depth).exp_m1(), depth.exp_m1(), &facts.parts);
+    let reason = format!("the air scatters {:.2} % of what crosses its {} m again", 100.0 * by_air, air.depth_m);
+    if scene.settings.background.image.is_some() {
+        return (Some(again.max(facts.glow)), reason);
+    }
+    let of_sun = match facts.sun_shines && air.sunlight {
+        true => parts.air_rms + parts.scattered_rms * parts.sun_rms,
+        false => 0.0,
     };
-    (Some(share), format!("the air scatters {:.2} % of what crosses its {} m again", 100.0 * by_air, air.depth_m))
+    let of_glow = if facts.sun_shines { facts.glow * (again + facts.met_again) } else { 0.0 };
+    let of_glow = if air.sunlight { of_glow } else { of_glow + facts.glow };
+    let estimate = parts.relative(again * (of_sun + parts.background_rms)).map(|share| share + of_glow);
+    (estimate, reason)
 }

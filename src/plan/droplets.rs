@@ -5,9 +5,19 @@ use super::facts::SceneFacts;
 use crate::scene::model::Scene;
 
 /// 1 - g of droplets that are large against the wavelength: each order turns light by so much of a turn in all directions.
-const TURNED: f64 = 0.15;
+pub(super) const TURNED: f64 = 0.15;
 
-/// Light that droplets scatter meets droplets again; theory (101).
+/// Sunlight that droplets scatter once.
+pub(super) fn direct(facts: &SceneFacts) -> Estimate {
+    if facts.is_empty() {
+        return (Some(0.0), "there are no droplets".into());
+    }
+    let parts = &facts.parts;
+    let most = parts.droplets_rms / parts.surroundings_least;
+    (most.is_finite().then_some(most), format!("optical depth about {:.3}", facts.optical_depth))
+}
+
+/// Light that droplets scatter meets droplets again, theory (101), as does what they scatter of the background.
 pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     if facts.is_empty() {
         return (Some(0.0), "there are no droplets".into());
@@ -18,26 +28,32 @@ pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
         100.0 * facts.met_again / facts.concentration,
         100.0 / facts.concentration.powi(2)
     );
-    (Some(albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth)), reason)
+    let parts = &facts.parts;
+    let of_sun = albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth);
+    if scene.settings.background.image.is_some() {
+        return (Some(of_sun.max(parts.scattered_rms)), reason);
+    }
+    let of_sun = if facts.sun_shines { of_sun * parts.droplets_share() } else { 0.0 };
+    let of_background = parts.relative(parts.scattered_rms * parts.background_rms);
+    (of_background.map(|share| share + of_sun), reason)
 }
 
 /// Shade on droplets, theory (102), and on the air where the sun lights it.
-pub(super) fn shadows(scene: &Scene, facts: &SceneFacts, airlight: bool) -> Estimate {
+pub(super) fn shadows(facts: &SceneFacts) -> Estimate {
     if facts.is_empty() {
         return (Some(0.0), "there are no droplets".into());
     }
-    let air = &scene.settings.atmosphere;
+    let parts = &facts.parts;
     // Without shade all orders are lit in full.
     let orders = 1.0 + facts.sunward_depth;
     let on_droplets = orders * facts.concentration * (1.0 / facts.sunlit.max(f64::MIN_POSITIVE) - 1.0);
-    let on_air = match air.scattering_per_m > 0.0 && air.sunlight && airlight {
-        true => 1.0 - (-facts.deepest_optical_depth).exp(),
-        false => 0.0,
+    let air = match parts.air_rms > 0.0 {
+        true => format!(", and {:.2} % of what lights the air", 100.0 * parts.shade_rms / parts.air_rms),
+        false => String::new(),
     };
-    let air =
-        if on_air > 0.0 { format!(", and {:.2} % of what lights the air", 100.0 * on_air) } else { String::new() };
     let reason = format!("droplets take {:.3} % of each other's sunlight{air}", 100.0 * (1.0 - facts.sunlit));
-    (Some(on_droplets.max(on_air)), reason)
+    let estimate = parts.relative(parts.shade_rms).map(|share| share + on_droplets * parts.droplets_share());
+    (estimate, reason)
 }
 
 /// Glass changes the picture where it covers it: what lies behind is seen through it, and what the droplet scatters comes from its
@@ -49,6 +65,7 @@ pub(super) fn refraction(facts: &SceneFacts) -> Estimate {
     }
     let (n, covered) = (facts.n_resolved, facts.glass_cover);
     let droplets = if n == 1 { "droplet" } else { "droplets" };
-    let estimate = covered.sqrt() / facts.cover.max(covered);
-    (Some(estimate), format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"))
+    let own = covered.sqrt() / facts.cover.max(covered) * facts.parts.droplets_share();
+    let behind = facts.parts.relative(covered.sqrt() * facts.parts.background_rms);
+    (behind.map(|share| share + own), format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"))
 }

@@ -5,8 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::areas::BodyAreas;
+use super::light::Parts;
 use super::picture::Picture;
 use crate::scene::model::{FogBox, Particle, ParticleKind, Scene};
+use crate::scene::settings::Effect;
 use crate::scene::resolved::{Resolution, middle_wavelength_m};
 
 /// Rough facts about a scene.
@@ -43,11 +45,22 @@ pub struct SceneFacts {
     /// RMS over the picture of what droplets scatter into the air and the air to the camera, over the mean of what both
     /// scatter to it once; theory (103).
     pub glow: f64,
+    /// Least size of what shades, m: radius of a particle, half of a box's shortest edge.
+    pub least_shade_m: f64,
+    /// Longest way from what shades to air that is lit, m.
+    pub shade_reach_m: f64,
+    /// How bright the parts of the picture are beside each other.
+    pub parts: Parts,
 }
 
 impl SceneFacts {
     /// Gathers the facts.
     pub fn of(scene: &Scene) -> Self {
+        Self::of_wanted(scene, &|_| true)
+    }
+
+    /// Gathers the facts where somebody has switched effects off.
+    pub fn of_wanted(scene: &Scene, is_wanted: &dyn Fn(Effect) -> bool) -> Self {
         let areas = BodyAreas::of(scene);
         let area_m2: f64 = (0..scene.particles.len()).map(|i| areas.of_particle(scene, i)).sum();
         let (min, max) = scene.particles.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| {
@@ -64,6 +77,11 @@ impl SceneFacts {
         let along =
             |depth: f64| if size.min_element() > 0.0 { depth * size.length() / size.min_element() } else { depth };
         let deepest_optical_depth = along(particles) + boxes;
+        let radii_m = scene.particles.iter().map(|particle| f64::from(particle.radius_m));
+        let edges_m = scene.fog_boxes.iter().flat_map(|fog| {
+            let h = &fog.half_edges_m;
+            [h.x_axis, h.y_axis, h.z_axis].map(DVec3::length)
+        });
         Self {
             n_particles: scene.particles.len(),
             n_fog_boxes: scene.fog_boxes.len(),
@@ -72,7 +90,8 @@ impl SceneFacts {
             largest_size_parameter,
             optical_depth: particles + boxes,
             deepest_optical_depth,
-            ..Picture::of(scene, &areas).facts(scene, largest_size_parameter, deepest_optical_depth)
+            least_shade_m: radii_m.chain(edges_m).fold(f64::INFINITY, f64::min),
+            ..Picture::of(scene, &areas, is_wanted).facts(scene, largest_size_parameter, deepest_optical_depth)
         }
     }
 

@@ -4,7 +4,11 @@ mod air;
 mod areas;
 mod droplets;
 mod facts;
+mod light;
+mod phase_bounds;
 mod picture;
+mod shade;
+mod sources;
 mod surroundings;
 mod view;
 
@@ -14,6 +18,7 @@ use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 
 pub use facts::SceneFacts;
+pub use light::Parts;
 
 /// What the inner loops need to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,11 +75,10 @@ pub const SHARE_OF_TARGET: f64 = 0.1;
 
 /// Decides about every effect. `choices` (flags) override what the scene says.
 pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
-    let facts = SceneFacts::of(scene);
+    let facts = SceneFacts::of_wanted(scene, &|effect| is_wanted(scene, choices, effect));
     let decide = |(effect, _): &(Effect, &'static str)| {
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
-        let airlight = is_wanted(scene, choices, Effect::Airlight);
-        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths, airlight);
+        let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
         let threshold = SHARE_OF_TARGET * target;
         match switch {
             Switch::On => Decision { effect: *effect, switch, on: true, reason: "switched on".into(), estimate },
@@ -90,22 +94,15 @@ pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wa
 }
 
 /// How much an effect could change the picture at most, and on what that rests. `None` always counts as enough.
-fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: usize, airlight: bool) -> Estimate {
-    let settings = &scene.settings;
+fn estimate(effect: Effect, scene: &Scene, facts: &SceneFacts, n_wavelengths: usize) -> Estimate {
     match effect {
         Effect::Direct | Effect::Airlight | Effect::Glow | Effect::Shadows | Effect::SunDisc if !facts.sun_shines => {
             (Some(0.0), "no sun shines".into())
         }
-        Effect::Direct if facts.is_empty() => (Some(0.0), "there are no droplets".into()),
-        Effect::Direct => (None, format!("optical depth about {:.3}", facts.optical_depth)),
+        Effect::Direct => droplets::direct(facts),
         Effect::Absorption => (None, "costs nothing".into()),
-        Effect::Shadows => droplets::shadows(scene, facts, airlight),
-        Effect::Airlight if !settings.atmosphere.sunlight => (Some(0.0), "atmosphere.sunlight is off".into()),
-        Effect::Airlight => {
-            let depth = settings.atmosphere.scattering_per_m * settings.atmosphere.depth_m;
-            let any = if depth > 0.0 { None } else { Some(0.0) };
-            (any, format!("the air's scattering optical depth is {depth:.3}"))
-        }
+        Effect::Shadows => droplets::shadows(facts),
+        Effect::Airlight => air::airlight(scene, facts),
         Effect::Background => surroundings::background(scene),
         Effect::Dispersion if n_wavelengths < 2 => (Some(0.0), "there is one wavelength".into()),
         Effect::Dispersion => (None, format!("{n_wavelengths} wavelengths")),

@@ -35,6 +35,11 @@ pub(super) struct Depths {
     /// Optical depth.
     pub tau: Vec<f64>,
     own: Vec<f64>,
+    /// Optical depth of what scatters.
+    pub scattering: Vec<f64>,
+    /// Where it lies: each times its mean distance from the start of the ray, m, and times that of the square, m^2.
+    moments: Vec<[f64; 2]>,
+    scattering_moments: Vec<[f64; 2]>,
     /// Whether a fog box lies between the rays, or beside them all.
     pub misses_a_box: bool,
 }
@@ -73,6 +78,33 @@ impl Grid {
         }
     }
 
+    /// The cell of parallel rays that a point lies in, and how far along its ray, m.
+    pub fn cell_of(&self, point: DVec3) -> Option<(usize, f64)> {
+        let at = self.frame * (point - self.origin_m);
+        let place = [at.x, at.y];
+        let index = |axis: usize| {
+            let x = 0.5 * (place[axis] / self.half[axis] + 1.0) * self.size[axis] as f64;
+            (x >= 0.0 && x < self.size[axis] as f64).then_some(x as usize)
+        };
+        Some((index(1)? * self.size[0] + index(0)?, -at.z))
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Area of a cell, m^2, or at distance 1 m.
+    pub fn cell_m2(&self) -> f64 {
+        4.0 * self.half[0] * self.half[1] / (self.size[0] * self.size[1]) as f64
+    }
+
+    /// How far a cell reaches from its middle, rad; 0 where all rays are parallel.
+    pub fn blur_rad(&self) -> f64 {
+        let half_cell = |axis: usize| self.half[axis] / self.size[axis] as f64;
+        if self.diverges { half_cell(0).hypot(half_cell(1)) } else { 0.0 }
+    }
+
     /// All rays, row by row, in world space.
     pub fn rays(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
         let back = self.frame.transpose();
@@ -86,22 +118,34 @@ impl Grid {
     /// What lies along the rays.
     pub fn depths(&self, scene: &Scene, areas: &BodyAreas) -> Depths {
         let n = self.size[0] * self.size[1];
-        let mut depths = Depths { tau: vec![0.0; n], own: vec![0.0; n], misses_a_box: false };
+        let mut depths = Depths {
+            tau: vec![0.0; n],
+            own: vec![0.0; n],
+            scattering: vec![0.0; n],
+            moments: vec![[0.0; 2]; n],
+            scattering_moments: vec![[0.0; 2]; n],
+            misses_a_box: false,
+        };
+        let albedo = |class: u16| scene.classes[usize::from(class)].albedo.unwrap_or(1.0);
         let step = scene.particles.len().div_ceil(MOST_PARTICLES).max(1);
         for (i, particle) in scene.particles.iter().enumerate().step_by(step) {
             let disc = particle.kind == ParticleKind::Droplet;
-            let ball = Ball { radius_m: f64::from(particle.radius_m), area_m2: areas.of_particle(scene, i), disc };
+            let (radius_m, albedo) = (f64::from(particle.radius_m), albedo(particle.class));
+            let ball = Ball { radius_m, area_m2: areas.of_particle(scene, i), disc, albedo };
             self.add_ball(self.frame * (particle.center_m - self.origin_m), &ball, step as f64, &mut depths);
         }
         let step = scene.fog_boxes.len().div_ceil(MOST_BOXES).max(1);
         for fog in scene.fog_boxes.iter().step_by(step) {
             let per_m = areas.extinction_per_m(scene, fog.density, fog.class, fog.droplet_radius_m);
-            let into_box = fog.half_edges_m.inverse();
+            let (into_box, albedo) = (fog.half_edges_m.inverse(), albedo(fog.class));
             let mut is_met = false;
-            for (tau, (origin_m, direction)) in depths.tau.iter_mut().zip(self.rays()) {
-                let way_m = chord_m(into_box * (origin_m - fog.center_m), into_box * direction);
-                is_met |= way_m > 0.0;
-                *tau += step as f64 * per_m * way_m;
+            for (cell, (origin_m, direction)) in self.rays().enumerate() {
+                let (enter_m, way_m) = chord_m(into_box * (origin_m - fog.center_m), into_box * direction);
+                if way_m > 0.0 {
+                    is_met = true;
+                    let place = Place { cell, at_m: enter_m + 0.5 * way_m, extent_m: way_m, albedo };
+                    depths.add(place, per_m * way_m, step as f64, false);
+                }
             }
             depths.misses_a_box |= !is_met;
         }
@@ -112,8 +156,9 @@ impl Grid {
     fn add_ball(&self, center: DVec3, ball: &Ball, weight: f64, depths: &mut Depths) {
         let distance_m = if self.diverges { center.length() } else { 1.0 };
         if self.diverges && distance_m <= ball.radius_m {
-            let inside = weight * 0.75 * ball.area_m2 / (PI * ball.radius_m * ball.radius_m);
-            depths.tau.iter_mut().for_each(|tau| *tau += inside);
+            let inside = 0.75 * ball.area_m2 / (PI * ball.radius_m * ball.radius_m);
+            let all = 0..depths.tau.len();
+            all.for_each(|cell| depths.add(ball.place(cell, 0.5 * ball.radius_m), inside, weight, false));
             return;
         }
         let scale = if self.diverges { -center.z } else { 1.0 };
@@ -129,7 +174,8 @@ impl Grid {
             let inside = (0..2).all(|axis| at[axis] >= 0.0 && at[axis] < self.size[axis] as f64);
             if inside {
                 let added = ball.area_m2 / (distance_m * distance_m) * per[0] * per[1];
-                depths.add(at[1] as usize * self.size[0] + at[0] as usize, added, weight, ball.disc);
+                let cell = at[1] as usize * self.size[0] + at[0] as usize;
+                depths.add(ball.place(cell, -center.z), added, weight, ball.disc);
             }
             return;
         }
@@ -146,7 +192,8 @@ impl Grid {
                     // A ball's chord is 3/2 of its mean in the middle.
                     let profile = if ball.disc { 1.0 } else { 1.5 * (1.0 - offset).sqrt() };
                     let added = profile * ball.area_m2 / (PI * ball.radius_m * ball.radius_m);
-                    depths.add(row * self.size[0] + column, added, weight, ball.disc);
+                    let place = ball.place(row * self.size[0] + column, -center.z);
+                    depths.add(place, added, weight, ball.disc);
                 }
             }
         }
@@ -154,15 +201,40 @@ impl Grid {
 }
 
 impl Depths {
-    fn add(&mut self, cell: usize, added: f64, weight: f64, disc: bool) {
-        let (Some(tau), Some(own)) = (self.tau.get_mut(cell), self.own.get_mut(cell)) else { return };
-        *tau += weight * added;
-        *own += if disc { weight * added * added } else { 0.0 };
+    fn add(&mut self, place: Place, added: f64, weight: f64, disc: bool) {
+        let Place { cell, at_m, extent_m, albedo } = place;
+        if cell >= self.tau.len() {
+            return;
+        }
+        self.tau[cell] += weight * added;
+        self.own[cell] += if disc { weight * added * added } else { 0.0 };
+        self.scattering[cell] += weight * added * albedo;
+        // What is spread evenly has the variance of its extent.
+        for (power, moment) in [at_m, at_m * at_m + extent_m * extent_m / 12.0].into_iter().enumerate() {
+            self.moments[cell][power] += weight * added * moment;
+            self.scattering_moments[cell][power] += weight * added * albedo * moment;
+        }
     }
 
     /// Share of the light that each ray loses.
     pub fn covers(&self) -> impl Iterator<Item = f64> + '_ {
         self.tau.iter().map(|tau| -(-tau).exp_m1())
+    }
+
+    /// Share of the light of each ray that is scattered and not absorbed, where no albedo but those that a scene sets is known.
+    pub fn scattered(&self) -> impl Iterator<Item = f64> + '_ {
+        let albedo = |(scattering, tau): (&f64, &f64)| if *tau > 0.0 { scattering / tau } else { 0.0 };
+        self.covers().zip(self.scattering.iter().zip(&self.tau).map(albedo)).map(|(cover, albedo)| cover * albedo)
+    }
+
+    /// Mean and variance of the distance along a ray of all that lies there, m and m^2; 0 where nothing does.
+    pub fn place(&self, cell: usize) -> (f64, f64) {
+        place(self.tau[cell], self.moments[cell])
+    }
+
+    /// The same of what scatters.
+    pub fn scattering_place(&self, cell: usize) -> (f64, f64) {
+        place(self.scattering[cell], self.scattering_moments[cell])
     }
 
     /// Optical depth of what a droplet of the cell has before and behind it, itself left out.
@@ -171,25 +243,49 @@ impl Depths {
     }
 }
 
+fn place(weight: f64, [first, second]: [f64; 2]) -> (f64, f64) {
+    if weight <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let mean_m = first / weight;
+    (mean_m, (second / weight - mean_m * mean_m).max(0.0))
+}
+
 struct Ball {
     radius_m: f64,
     area_m2: f64,
     disc: bool,
+    albedo: f64,
 }
 
-/// Length of a line from its origin on inside the cube of half edges 1, in lengths of its direction.
-fn chord_m(origin: DVec3, direction: DVec3) -> f64 {
+impl Ball {
+    fn place(&self, cell: usize, at_m: f64) -> Place {
+        Place { cell, at_m, extent_m: if self.disc { 0.0 } else { self.radius_m }, albedo: self.albedo }
+    }
+}
+
+/// Where along which ray something is met, and how much of what it takes it scatters.
+#[derive(Clone, Copy)]
+struct Place {
+    cell: usize,
+    at_m: f64,
+    extent_m: f64,
+    albedo: f64,
+}
+
+/// Where a line from its origin on enters the cube of half edges 1, and how long it stays, in lengths of its direction.
+fn chord_m(origin: DVec3, direction: DVec3) -> (f64, f64) {
     let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
     for axis in 0..3 {
         let (o, d) = (origin[axis], direction[axis]);
         let (a, b) = ((-1.0 - o) / d, (1.0 - o) / d);
         if d == 0.0 {
             if o.abs() > 1.0 {
-                return 0.0;
+                return (0.0, 0.0);
             }
             continue;
         }
         (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
     }
-    if leave.is_finite() { (leave - enter).max(0.0) } else { 0.0 }
+    (enter, if leave.is_finite() { (leave - enter).max(0.0) } else { 0.0 })
 }

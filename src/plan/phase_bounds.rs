@@ -1,0 +1,159 @@
+//! How bright droplets and air can be in a direction, and are at least, before any phase function has been computed.
+//!
+//! Legend: P = 4 pi p, 1 for light that goes everywhere alike; theta the scattering angle; x the size parameter; h = 1 - cos theta.
+
+use std::f64::consts::PI;
+
+use crate::optics::DropletClass;
+use crate::optics::distribution::SizeDistribution;
+use crate::optics::material::Material;
+use crate::optics::phase_function::PhaseFunction;
+use crate::optics::phase_model::PhaseModel;
+use crate::scene::settings::AirPhase;
+
+/// Least size parameter of spheres that are dark from the side.
+pub(super) const LARGE: f64 = 3.0;
+
+/// Asymmetry that stands for that of a bin: cloud droplets have 0.84 to 0.87.
+const DROPLET_G: f64 = 0.87;
+
+/// Bounds of one phase function, times 4 pi.
+#[derive(Clone, Debug)]
+pub(super) enum PhaseBounds {
+    /// It is known.
+    Known(PhaseFunction),
+    /// Spheres of any index, theory (130) and (131).
+    Spheres(Spheres),
+    /// Anything.
+    Unknown,
+}
+
+/// Spheres of many sizes: means over their areas.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spheres {
+    /// Mean of x^2.
+    x_squared: f64,
+    /// Mean of 1/x.
+    inverse_x: f64,
+    is_large: bool,
+    /// Whether they absorb so much that no lower bound is known.
+    absorbs: bool,
+    /// Whether they are clear and of an index like water's, so that more is known of them.
+    is_water: bool,
+}
+
+/// Spheres lose about 4 x k of what goes through them to absorption; more than this counts in clouds where light meets hundreds.
+const ABSORBED: f64 = 1e-3;
+
+/// Indices of water and ice, and of what is not far from them.
+const WATERY: std::ops::RangeInclusive<f64> = 1.25..=1.4;
+
+/// From here on backward water has bows and a glory, degrees.
+const BACK_DEG: f64 = 122.0;
+
+impl Spheres {
+    /// Of one radius, m.
+    pub fn of_radius(r_m: f64, wavelength_m: f64) -> Self {
+        let x = 2.0 * PI * r_m / wavelength_m;
+        Self { x_squared: x * x, inverse_x: 1.0 / x, is_large: x > LARGE, absorbs: false, is_water: false }
+    }
+
+    /// Of a distribution.
+    pub fn of_distribution(distribution: &SizeDistribution, wavelength_m: f64) -> Self {
+        let (law, k) = (distribution.law(), 2.0 * PI / wavelength_m);
+        let (area, effective_m) = (law.moment(2), law.moment(3) / law.moment(2));
+        Self {
+            x_squared: k * k * law.moment(4) / area,
+            inverse_x: law.moment(1) / (k * area),
+            is_large: k * effective_m > LARGE,
+            absorbs: false,
+            is_water: false,
+        }
+    }
+
+    /// The same of a material, whose index may not be known at this wavelength.
+    fn made_of(self, material: &Material, wavelength_m: f64) -> Self {
+        let Ok(index) = material.index(wavelength_m) else { return Self { absorbs: true, ..self } };
+        let absorbs = 4.0 * index.im * self.x_squared.sqrt() > ABSORBED;
+        let is_water = self.is_large && !absorbs && WATERY.contains(&index.re);
+        Self { absorbs, is_water, ..self }
+    }
+
+    /// Theory (130): the least of diffraction's peak and its envelope, and what goes through and is reflected.
+    fn most(&self, theta: f64) -> f64 {
+        let envelope = 16.0 / PI * self.inverse_x / theta.powi(3);
+        let theta_deg = theta.to_degrees();
+        let through = match self.is_water {
+            true if theta_deg < BACK_DEG => 0.15 + 14.0 * (-theta_deg / 18.0).exp(),
+            true => 1.2,
+            false => 2.0 + 12.0 * (-theta_deg / 25.0).exp(),
+        };
+        self.x_squared.min(envelope) + through
+    }
+
+    /// Theory (131).
+    fn least(&self, theta: f64) -> f64 {
+        let side = if self.is_large { 0.02 } else { 0.08 };
+        if self.absorbs {
+            return 0.0;
+        }
+        side + 3.0 * (-theta.to_degrees() / 15.0).exp()
+    }
+}
+
+impl PhaseBounds {
+    /// Of droplets of one class and size.
+    pub fn of_droplets(class: &DropletClass, spheres: Spheres, wavelength_m: f64) -> Self {
+        match &class.phase {
+            PhaseModel::Mie => Self::Spheres(spheres.made_of(&class.material, wavelength_m)),
+            PhaseModel::HenyeyGreenstein { g } => {
+                Self::Known(PhaseFunction::henyey_greenstein(g.unwrap_or(DROPLET_G)))
+            }
+            PhaseModel::Rayleigh => Self::Known(PhaseFunction::Rayleigh),
+            PhaseModel::Isotropic => Self::Known(PhaseFunction::Isotropic),
+            PhaseModel::HgDraine | PhaseModel::Table(_) => Self::Unknown,
+        }
+    }
+
+    /// Of the air.
+    pub fn of_air(phase: &AirPhase, wavelength_m: f64) -> Self {
+        match phase {
+            AirPhase::Isotropic => Self::Known(PhaseFunction::Isotropic),
+            AirPhase::Rayleigh => Self::Known(PhaseFunction::Rayleigh),
+            AirPhase::HenyeyGreenstein { g } => Self::Known(PhaseFunction::henyey_greenstein(*g)),
+            AirPhase::Haze(distribution) => Self::Spheres(Spheres::of_distribution(distribution, wavelength_m)),
+        }
+    }
+
+    /// Whether what is scattered is known to be less than what is taken.
+    pub fn absorbs(&self) -> bool {
+        matches!(self, Self::Spheres(spheres) if spheres.absorbs)
+    }
+
+    /// An upper bound of P within `blur` of the angle, rad.
+    pub fn most(&self, h: f64, blur: f64) -> f64 {
+        let theta = (angle(h) - blur).max(0.0);
+        match self {
+            Self::Known(phase) => [theta, angle(h), (angle(h) + blur).min(PI)]
+                .map(|theta| 4.0 * PI * phase.eval(1.0 - theta.cos()))
+                .into_iter()
+                .fold(0.0, f64::max),
+            Self::Spheres(spheres) => spheres.most(theta),
+            Self::Unknown => f64::INFINITY,
+        }
+    }
+
+    /// A lower bound of P.
+    pub fn least(&self, h: f64) -> f64 {
+        match self {
+            Self::Known(phase) => 4.0 * PI * phase.eval(h),
+            Self::Spheres(spheres) => spheres.least(angle(h)),
+            Self::Unknown => 0.0,
+        }
+    }
+}
+
+/// The angle of h, rad.
+fn angle(h: f64) -> f64 {
+    2.0 * (0.5 * h).max(0.0).sqrt().min(1.0).asin()
+}
