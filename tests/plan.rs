@@ -90,6 +90,56 @@ fn what_the_grid_is_too_coarse_for_is_not_left_out() {
     assert!(decision(&scene, Effect::Shadows).on);
 }
 
+/// Before an even background the picture is known: fog of albedo 1 sends on what it takes, so that the picture is the background's, and
+/// `multiple` is the light that it takes; air of depth t adds exp(t) - 1 of it by scattering twice.
+#[test]
+fn before_an_even_background_estimates_are_what_is_missing() {
+    for depth in [1e-3, 0.1, 2.0f64] {
+        let mut scene = slab(depth);
+        scene.suns[0].lux = 0.0;
+        scene.settings.background.radiance = [0.7; 3];
+        let estimate = decision(&scene, Effect::Multiple).estimate.expect("a number");
+        assert!((estimate / -(-depth).exp_m1() - 1.0).abs() < 1e-6, "{estimate} at {depth}");
+    }
+    let mut scene = empty_scene();
+    scene.suns[0].lux = 0.0;
+    scene.settings.background.radiance = [0.7; 3];
+    with_air(&mut scene, 0.01, 0.0, 20.0, 1.0);
+    let estimate = decision(&scene, Effect::AirMultiple).estimate.expect("a number");
+    // What air takes from a background is not counted as seen: exp(0.2) more.
+    assert!((estimate / (0.2f64.exp_m1() * 0.2f64.exp()) - 1.0).abs() < 1e-6, "{estimate}");
+}
+
+/// The sun's light on a thin fog changes a picture of a bright sky by less, the brighter the sky; with a black background all
+/// stays as it was.
+#[test]
+fn what_is_faint_beside_a_sky_is_left_out() {
+    let before = |radiance: f64, effect| {
+        let mut scene = slab(0.02);
+        scene.settings.background.radiance = [radiance; 3];
+        // Seen from the side, where droplets send little: the sun from above.
+        scene.suns = vec![common::sun(DVec3::new(0.0, -1.0, 0.01))];
+        decision(&scene, effect)
+    };
+    for effect in [Effect::Direct, Effect::Shadows] {
+        let estimates = [0.1, 1.0, 1e3].map(|radiance| before(radiance, effect).estimate.expect("a number"));
+        assert!(estimates[0] > estimates[1] && estimates[1] > 100.0 * estimates[2], "{effect:?} {estimates:?}");
+        assert!(before(0.0, effect).on && !before(1e3, effect).on, "{effect:?}");
+    }
+}
+
+/// Bodies that take light and send none on are no sources of glow, however deep they are.
+#[test]
+fn black_bodies_light_no_air() {
+    let mut scene = slab(0.5);
+    with_air(&mut scene, 1e-3, 0.0, 20.0, 1.0);
+    let fog = decision(&scene, Effect::Glow).estimate.expect("a number");
+    assert!(fog > 0.0);
+    scene.classes[0].albedo = Some(0.0);
+    scene.fog_boxes[0].density = mie_cloud::scene::model::FogDensity::ExtinctionPerM(1e4);
+    assert_eq!(decision(&scene, Effect::Glow).estimate, Some(0.0));
+}
+
 fn prepared(scene: Scene, choices: &BTreeMap<Effect, Switch>) -> Prepared {
     let sampling = SpectralSampling::new(SpectralMode::Mono { wavelength_m: 550e-9 }, scene.settings.sun.spectrum);
     let plan = plan::plan(&scene, choices, 0.05, 1);

@@ -207,7 +207,7 @@ impl Parts {
 }
 
 /// Lower bound of what clear droplets of optical depth tau send anywhere after many scatterings, E / 4 pi: the lesser of what a layer reflects
-/// and lets through (two-stream), in even light of which a quarter falls on it.
+/// and lets through (two streams; Meador & Weaver 1980) of light that falls on it at a cosine of 1/4.
 fn diffuse_least(tau: f64) -> f64 {
     let through = 1.0 / (1.0 + 0.75 * TURNED * tau);
     through.min(1.0 - through)

@@ -51,6 +51,9 @@ const WATERY: std::ops::RangeInclusive<f64> = 1.25..=1.4;
 /// From here on backward water has bows and a glory, degrees.
 const BACK_DEG: f64 = 122.0;
 
+/// From here on backward indices near 1.8 focus light to the back, degrees.
+const GLORY_DEG: f64 = 165.0;
+
 impl Spheres {
     /// Of one radius, m.
     pub fn of_radius(r_m: f64, wavelength_m: f64) -> Self {
@@ -86,14 +89,15 @@ impl Spheres {
         let through = match self.is_water {
             true if theta_deg < BACK_DEG => 0.15 + 14.0 * (-theta_deg / 18.0).exp(),
             true => 1.2,
-            false => 2.0 + 12.0 * (-theta_deg / 25.0).exp(),
+            false if theta_deg < GLORY_DEG => 2.0 + 12.0 * (-theta_deg / 25.0).exp(),
+            false => 30.0,
         };
         self.x_squared.min(envelope) + through
     }
 
     /// Theory (131).
     fn least(&self, theta: f64) -> f64 {
-        let side = if self.is_large { 0.02 } else { 0.08 };
+        let side = if self.is_large { 0.015 } else { 0.08 };
         if self.absorbs {
             return 0.0;
         }
@@ -156,4 +160,55 @@ impl PhaseBounds {
 /// The angle of h, rad.
 fn angle(h: f64) -> f64 {
     2.0 * (0.5 * h).max(0.0).sqrt().min(1.0).asin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::size_average::{AverageAccuracy, SizeAverage, Sizes};
+
+    const GREEN_M: f64 = 550e-9;
+
+    fn distribution(text: &str) -> SizeDistribution {
+        SizeDistribution::parse(text, &|_: &str| Err("no files here".into())).expect("a distribution")
+    }
+
+    /// Bounds against exact Mie every 2.5 degrees, the upper one against means over a window of 5: what counts is a mean over a
+    /// picture, and glories and ripples are narrower.
+    #[test]
+    fn mie_lies_between_the_bounds() {
+        let clear = |n| Material::Constant { n, k: 0.0 };
+        let cases = [
+            ("gamma:reff=0.1um,veff=0.1", Material::Water),
+            ("gamma:reff=0.3um,veff=0.1", Material::Water),
+            ("gamma:reff=1um,veff=0.1", Material::Water),
+            ("gamma:reff=6um,veff=0.1", Material::Water),
+            ("gamma:reff=20um,veff=0.01", Material::Water),
+            ("gamma:reff=100um,veff=0.01", Material::Ice),
+            ("lognormal:rg=2um,sigma=0.6", Material::Water),
+            ("gamma:reff=4um,veff=0.1", clear(1.5)),
+            ("gamma:reff=4um,veff=0.1", clear(1.8)),
+            ("lognormal:rg=0.05um,sigma=0.6", Material::Constant { n: 1.75, k: 0.44 }),
+            ("gamma:reff=6um,veff=0.1", Material::Constant { n: 1.5, k: 0.05 }),
+        ];
+        for (text, material) in cases {
+            let sizes = distribution(text);
+            let index = material.index(GREEN_M).expect("an index");
+            let bounds = Spheres::of_distribution(&sizes, GREEN_M).made_of(&material, GREEN_M);
+            let sizes = Sizes::Law(Box::new(sizes.law()));
+            let mie = SizeAverage::new(index, GREEN_M, &sizes, AverageAccuracy::picture()).expect("Mie");
+            let albedo = mie.cross_sections.c_sca_m2 / mie.cross_sections.c_ext_m2;
+            let half_degrees: Vec<f64> = (0..=360).map(|i| (0.5 * f64::from(i)).to_radians()).collect();
+            let p: Vec<f64> = mie.phase(&half_degrees).expect("p").iter().map(|p| 4.0 * PI * p).collect();
+            for i in (0..=360).step_by(5) {
+                let theta = half_degrees[i];
+                let window = &p[i.saturating_sub(5)..=(i + 5).min(360)];
+                let mean = window.iter().sum::<f64>() / window.len() as f64;
+                let (most, least) = (bounds.most((theta - 0.0436).max(0.0)), bounds.least(theta));
+                assert!(albedo * mean <= most, "{text} {material} at {:.1} degrees: {mean} > {most}", theta.to_degrees());
+                // Within a factor of two: a mean over directions is compared with a target's tenth.
+                assert!(2.0 * mean >= least, "{text} {material} at {:.1} degrees: {mean} < {least}", theta.to_degrees());
+            }
+        }
+    }
 }

@@ -152,7 +152,8 @@ impl Prepared {
         let balls = resolution.as_ref().map_or(Vec::new(), |r| place_balls(&scene.particles, &bins, r));
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
         let areas_m2 = bin_areas(&media, &placed, &fog_boxes);
-        let lobes = forward_lobes(&media, &areas_m2);
+        // Only chains toward a sun draw from it.
+        let lobes = if lighting.suns.is_empty() { None } else { forward_lobes(&media, &areas_m2) };
         let in_bands = matches!(sampling.mode(), SpectralMode::Bands { .. }) && plan.is_on(Effect::Dispersion);
         let band_error = if in_bands { band_error(&media, &lighting, &areas_m2, !balls.is_empty()) } else { 0.0 };
         let accel = Accel::build(placed, &fog_boxes);

@@ -215,6 +215,18 @@ pub fn finest(trial: &Trial) -> Trial {
     finest
 }
 
+/// Of the least target that a picture is held against: half of what the program takes by itself.
+const SHARE_OF_GLOW: f64 = 0.1;
+
+/// The reference of targets: as the finest settings, but in the scene's own steps, which are noise and never a bias, and with glow
+/// in proportion to the least target.
+pub fn sharp(finest: &Trial, trial: &Trial, least: f64) -> Trial {
+    let mut sharp = finest.clone();
+    sharp.scene.settings.atmosphere.step_m = trial.scene.settings.atmosphere.step_m;
+    sharp.scene.settings.accuracy.glow_tolerance = Some(SHARE_OF_GLOW * least);
+    sharp
+}
+
 /// The flags of `render` that give the finest settings.
 pub fn flags(finest: &Trial) -> String {
     let settings = &finest.scene.settings;

@@ -35,9 +35,9 @@ pub struct Setup<'a> {
     pub targets: &'a [f64],
 }
 
-/// The reference of targets has this share of the least one's noise: of the square of a difference, which has no noise in its
-/// mean, it adds less to the scatter than the picture itself.
-const REFERENCE_NOISE: f64 = 0.7;
+/// The reference of targets has so many times the least one's noise: the square of a difference has no noise in its mean, and over the
+/// 2304 pixels of 64x36 its scatter is a few percent.
+const REFERENCE_NOISE: f64 = 1.5;
 
 /// The reference against which noise counts has so many times the samples: its own noise hides that of a fine picture less.
 const LONGER: u32 = 8;
@@ -152,7 +152,7 @@ struct Bench<'a> {
     base: Shots,
     /// The reference of more samples, against which noise counts; none where no such knob is asked for.
     long: Option<Shots>,
-    /// The reference of targets, sampled to a noise below them; none where they are not asked for.
+    /// The reference of targets, sampled to a noise near the least; none where they are not asked for.
     sharp: Option<Shots>,
 }
 
@@ -170,12 +170,18 @@ impl<'a> Bench<'a> {
         let base = finest.shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
         let others = [4, 5].map(|k| setup.seed.wrapping_add(k));
         let least = setup.targets.iter().copied().fold(1.0, f64::min);
-        let reference = |knob, until| {
-            let is_needed = external.is_none() && knobs.contains(&knob);
-            is_needed.then(|| finest.shoot(&others, until, setup.cache)).transpose()
+        let longer = Until::Samples(setup.spp.saturating_mul(LONGER));
+        let long = match external.is_none() && knobs.contains(&Knob::Spp) {
+            true => Some(finest.shoot(&others, longer, setup.cache)?),
+            false => None,
         };
-        let long = reference(Knob::Spp, Until::Samples(setup.spp.saturating_mul(LONGER)))?;
-        let sharp = reference(Knob::Target, knobs::until_noise(REFERENCE_NOISE * least))?;
+        let sharp = match external.is_none() && knobs.contains(&Knob::Target) {
+            true => {
+                let until = knobs::until_noise(REFERENCE_NOISE * least);
+                Some(knobs::sharp(&finest, trial, least).shoot(&others, until, setup.cache)?)
+            }
+            false => None,
+        };
         Ok(Self { trial, finest, external, setup, base, long, sharp })
     }
 

@@ -4,6 +4,7 @@ mod axis;
 mod caption;
 mod columns;
 mod counts;
+mod labels;
 mod log_chart;
 mod phase;
 mod price;

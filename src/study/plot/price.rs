@@ -4,7 +4,8 @@ use plotters::prelude::*;
 
 use super::PlotError;
 use super::axis::log_range;
-use super::log_chart::log_chart;
+use super::labels::Labels;
+use super::log_chart::{LogChart, log_chart};
 use super::style::{COLOURS, centred, draw_svg, failed, font, pt};
 
 /// A knob's line.
@@ -34,6 +35,7 @@ const SIZE: [f64; 2] = [960.0, 640.0];
 /// Height of the caption, width of the legend, points.
 const CAPTION: f64 = 66.0;
 const LEGEND: f64 = 170.0;
+
 /// Draws the lines as SVG; `caption` is two lines, `marks` are errors to be shown as dashed lines.
 ///
 /// # Errors
@@ -51,15 +53,25 @@ pub fn price_plot(caption: [&str; 2], lines: &[Line], marks: &[f64]) -> Result<S
         head.draw_text(caption[1], &centred(11.5), (middle, pt(47.0) as i32)).map_err(failed)?;
         let titles = ["processor seconds of one picture", "error relative to the mean luminance (RMS)"];
         let mut chart = log_chart(&panel, [&x, &y], titles, 70.0)?;
-        for mark in marks.iter().map(|mark| mark.log10()).filter(|mark| y.contains(mark)) {
+        for mark in marks.iter().filter(|mark| y.contains(&mark.log10())) {
             let line = DashedLineSeries::new(
-                [(x.start, mark), (x.end, mark)],
+                [(x.start, mark.log10()), (x.end, mark.log10())],
                 pt(5.0),
                 pt(4.0),
                 BLACK.mix(0.55).stroke_width(pt(0.8)),
             );
             chart.draw_series(line).map_err(failed)?;
+            let offset = (-(pt(40.0) as i32), -(pt(13.0) as i32));
+            let grey = BLACK.mix(0.55);
+            let text = Text::new(format!("{} %", 100.0 * mark), offset, font(10.0).color(&grey));
+            chart.draw_series([EmptyElement::at((x.end, mark.log10())) + text]).map_err(failed)?;
         }
+        let place = |chart: &LogChart, point: &Point| {
+            let (x, y) = chart.backend_coord(&(point.cpu_s.log10(), point.error.log10()));
+            [x, y].map(|pixels| f64::from(pixels) / f64::from(pt(1.0)))
+        };
+        let mut labels = Labels::default();
+        points().for_each(|point| labels.keep_off(place(&chart, point)));
         for (number, line) in lines.iter().enumerate() {
             let colour = COLOURS[number % COLOURS.len()];
             let shown: Vec<&Point> = line.points.iter().filter(|point| point.error > 0.0).collect();
@@ -74,16 +86,17 @@ pub fn price_plot(caption: [&str; 2], lines: &[Line], marks: &[f64]) -> Result<S
                 ];
                 chart.draw_series(circles).map_err(failed)?;
             }
-            let labels = shown.iter().map(|point| {
-                EmptyElement::at(at(point))
-                    + Text::new(point.label.clone(), (pt(5.0) as i32, -(pt(13.0) as i32)), font(9.5).color(&colour))
-            });
-            chart.draw_series(labels).map_err(failed)?;
+            for point in &shown {
+                let Some(offset) = labels.place(place(&chart, point), &point.label) else { continue };
+                let offset = offset.map(|points| (points * f64::from(pt(1.0))) as i32);
+                let text = Text::new(point.label.clone(), (offset[0], offset[1]), font(9.5).color(&colour));
+                chart.draw_series([EmptyElement::at(at(point)) + text]).map_err(failed)?;
+            }
             draw_entry(&legend, number, &line.name, colour)?;
         }
         let below = 40.0 + 22.0 * lines.len() as f64;
         for (row, text) in
-            ["filled: measured", "open: at most, noise", "hides the rest", "dashed: 10, 2, 0.5 %"].iter().enumerate()
+            ["filled: measured", "open: at most, noise", "hides the rest"].iter().enumerate()
         {
             let place = (pt(8.0) as i32, pt(below + 16.0 * row as f64) as i32);
             legend.draw_text(text, &font(11.0), place).map_err(failed)?;
