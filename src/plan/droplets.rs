@@ -67,5 +67,8 @@ pub(super) fn refraction(facts: &SceneFacts) -> Estimate {
     let droplets = if n == 1 { "droplet" } else { "droplets" };
     let own = covered.sqrt() / facts.cover.max(covered) * facts.parts.droplets_share();
     let behind = facts.parts.relative(covered.sqrt() * facts.parts.background_rms);
-    (behind.map(|share| share + own), format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"))
+    (
+        behind.map(|share| share + own),
+        format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"),
+    )
 }

@@ -8,8 +8,8 @@ use super::areas::BodyAreas;
 use super::light::Parts;
 use super::picture::Picture;
 use crate::scene::model::{FogBox, Particle, ParticleKind, Scene};
-use crate::scene::settings::Effect;
 use crate::scene::resolved::{Resolution, middle_wavelength_m};
+use crate::scene::settings::Effect;
 
 /// Rough facts about a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +24,8 @@ pub struct SceneFacts {
     pub glass_cover: f64,
     /// Largest size parameter among droplets, parcels and fog, from the largest radius that matters in each.
     pub largest_size_parameter: f64,
+    /// Whether droplets are so alike, or seen one by one, that the fringes of one radius stay.
+    pub has_fringes: bool,
     /// Mean optical depth across the cloud: extinction area over projected area.
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
@@ -88,6 +90,7 @@ impl SceneFacts {
             n_resolved: glass.0,
             glass_cover: glass.1.min(1.0),
             largest_size_parameter,
+            has_fringes: has_fringes(scene),
             optical_depth: particles + boxes,
             deepest_optical_depth,
             least_shade_m: radii_m.chain(edges_m).fold(f64::INFINITY, f64::min),
@@ -129,4 +132,24 @@ fn largest_size_parameter(scene: &Scene) -> f64 {
     let of_box = |fog: &FogBox| fog.droplet_radius_m.unwrap_or(effective_m[usize::from(fog.class)]);
     let largest_m = scene.particles.iter().map(of_particle).chain(scene.fog_boxes.iter().map(of_box));
     2.0 * PI * largest_m.fold(0.0, f64::max) / middle_wavelength_m(&scene.settings)
+}
+
+/// Whether any droplets have one radius, or radii so near to each other that their fringes, 1/x apart, do not wash out.
+fn has_fringes(scene: &Scene) -> bool {
+    let wavelength_m = middle_wavelength_m(&scene.settings);
+    let narrow: Vec<bool> = scene
+        .classes
+        .iter()
+        .map(|class| {
+            let law = class.distribution.law();
+            let x = 2.0 * PI * law.effective_radius_m() / wavelength_m;
+            law.mono_radius().is_some() || x * law.effective_variance().sqrt() < 1.0
+        })
+        .collect();
+    let of_particle = |particle: &Particle| {
+        let has_own = particle.droplet_radius_m > 0.0 || particle.kind == ParticleKind::Droplet;
+        has_own || narrow[usize::from(particle.class)]
+    };
+    let of_box = |fog: &FogBox| fog.droplet_radius_m.is_some() || narrow[usize::from(fog.class)];
+    scene.particles.iter().any(of_particle) || scene.fog_boxes.iter().any(of_box)
 }

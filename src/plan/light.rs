@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::droplets::TURNED;
 use super::phase_bounds::{PhaseBounds, Spheres};
 use super::shade::AirSeen;
-use crate::scene::model::Scene;
+use crate::scene::model::{Particle, ParticleKind, Scene};
 use crate::scene::resolved::middle_wavelength_m;
 use crate::scene::settings::{Atmosphere, Effect};
 use crate::spectrum::SpectralMode;
@@ -41,6 +41,8 @@ pub(super) struct Light {
     droplets: Vec<PhaseBounds>,
     /// Whether droplets send on all that they take.
     droplets_are_clear: bool,
+    /// Whether they are of something that absorbs, so that they may be black.
+    droplets_absorb: bool,
     air_phase: PhaseBounds,
     air: Atmosphere,
     /// What lies behind, where it is of one colour.
@@ -113,13 +115,14 @@ impl Light {
         let background = &scene.settings.background;
         let is_plain = background.image.is_none() && is_wanted(Effect::Background);
         let air = scene.settings.atmosphere.clone();
-        let droplets = droplet_phases(scene, wavelength_m);
+        let (droplets, absorb) = droplet_phases(scene, wavelength_m);
         let sum = |part: fn(&SunUnit) -> f64| suns.iter().map(part).sum();
         Self {
             sun: Colour { luminance: sum(|sun| sun.colour.luminance), rms: sum(|sun| sun.colour.rms) },
             suns,
-            droplets_are_clear: droplets.iter().all(|bounds| !bounds.absorbs())
+            droplets_are_clear: !absorb
                 && scene.classes.iter().all(|class| class.albedo.is_none_or(|albedo| albedo == 1.0)),
+            droplets_absorb: absorb,
             droplets,
             air_phase: PhaseBounds::of_air(&air.phase, wavelength_m),
             air: Atmosphere { sunlight: air.sunlight && is_wanted(Effect::Airlight), ..air },
@@ -149,7 +152,7 @@ impl Light {
                 let of_droplets = if *cover > 0.0 { cover * most(&self.droplets) } else { 0.0 };
                 droplets_rms += of_droplets * rms;
                 parts.droplets_most += of_droplets * luminance / n;
-                let least = least(&self.droplets) * sunlit + diffuse;
+                let least = if self.droplets_absorb { 0.0 } else { least(&self.droplets) * sunlit + diffuse };
                 parts.droplets_least += cover * least * passed * luminance / n;
                 if is_lit {
                     let AirSeen { seen, shaded } = *air_seen;
@@ -213,9 +216,10 @@ fn diffuse_least(tau: f64) -> f64 {
     through.min(1.0 - through)
 }
 
-/// Bounds for every class that occurs and for the smallest and the largest radius among particles that have one of their own.
-fn droplet_phases(scene: &Scene, wavelength_m: f64) -> Vec<PhaseBounds> {
-    let mut phases = Vec::new();
+/// Bounds for every class that occurs and for the smallest and the largest radius among particles that have one of their own; and
+/// whether any of them absorbs.
+fn droplet_phases(scene: &Scene, wavelength_m: f64) -> (Vec<PhaseBounds>, bool) {
+    let (mut phases, mut absorb) = (Vec::new(), false);
     for (index, class) in scene.classes.iter().enumerate().filter(|(_, class)| class.albedo != Some(0.0)) {
         let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == index);
         let boxes = scene.fog_boxes.iter().filter(|fog| usize::from(fog.class) == index);
@@ -230,7 +234,11 @@ fn droplet_phases(scene: &Scene, wavelength_m: f64) -> Vec<PhaseBounds> {
                 None => is_mixed = true,
             }
         }
-        let mut add = |spheres| phases.push(PhaseBounds::of_droplets(class, spheres, wavelength_m));
+        let mut add = |spheres: Spheres| {
+            let spheres = spheres.made_of(&class.material, wavelength_m);
+            absorb |= spheres.absorb() && class.albedo.is_none();
+            phases.push(PhaseBounds::of_droplets(&class.phase, spheres));
+        };
         if is_mixed {
             add(Spheres::of_distribution(&class.distribution, wavelength_m));
         }
@@ -239,12 +247,11 @@ fn droplet_phases(scene: &Scene, wavelength_m: f64) -> Vec<PhaseBounds> {
             add(Spheres::of_radius(most_m, wavelength_m));
         }
     }
-    phases
+    (phases, absorb)
 }
 
 /// The radius of a particle's droplets, m, where they have one.
-fn own_radius_m(particle: &crate::scene::model::Particle) -> Option<f64> {
-    use crate::scene::model::ParticleKind;
+fn own_radius_m(particle: &Particle) -> Option<f64> {
     match (f64::from(particle.droplet_radius_m), particle.kind) {
         (own_m, _) if own_m > 0.0 => Some(own_m),
         (_, ParticleKind::Droplet) => Some(f64::from(particle.radius_m)),

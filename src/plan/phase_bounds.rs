@@ -4,7 +4,6 @@
 
 use std::f64::consts::PI;
 
-use crate::optics::DropletClass;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
 use crate::optics::phase_function::PhaseFunction;
@@ -75,11 +74,16 @@ impl Spheres {
     }
 
     /// The same of a material, whose index may not be known at this wavelength.
-    fn made_of(self, material: &Material, wavelength_m: f64) -> Self {
+    pub fn made_of(self, material: &Material, wavelength_m: f64) -> Self {
         let Ok(index) = material.index(wavelength_m) else { return Self { absorbs: true, ..self } };
         let absorbs = 4.0 * index.im * self.x_squared.sqrt() > ABSORBED;
         let is_water = self.is_large && !absorbs && WATERY.contains(&index.re);
         Self { absorbs, is_water, ..self }
+    }
+
+    /// Whether they may scatter much less than they take.
+    pub fn absorb(&self) -> bool {
+        self.absorbs
     }
 
     /// Theory (130): the least of diffraction's peak and its envelope, and what goes through and is reflected.
@@ -107,12 +111,10 @@ impl Spheres {
 
 impl PhaseBounds {
     /// Of droplets of one class and size.
-    pub fn of_droplets(class: &DropletClass, spheres: Spheres, wavelength_m: f64) -> Self {
-        match &class.phase {
-            PhaseModel::Mie => Self::Spheres(spheres.made_of(&class.material, wavelength_m)),
-            PhaseModel::HenyeyGreenstein { g } => {
-                Self::Known(PhaseFunction::henyey_greenstein(g.unwrap_or(DROPLET_G)))
-            }
+    pub fn of_droplets(model: &PhaseModel, spheres: Spheres) -> Self {
+        match model {
+            PhaseModel::Mie => Self::Spheres(spheres),
+            PhaseModel::HenyeyGreenstein { g } => Self::Known(PhaseFunction::henyey_greenstein(g.unwrap_or(DROPLET_G))),
             PhaseModel::Rayleigh => Self::Known(PhaseFunction::Rayleigh),
             PhaseModel::Isotropic => Self::Known(PhaseFunction::Isotropic),
             PhaseModel::HgDraine | PhaseModel::Table(_) => Self::Unknown,
@@ -127,11 +129,6 @@ impl PhaseBounds {
             AirPhase::HenyeyGreenstein { g } => Self::Known(PhaseFunction::henyey_greenstein(*g)),
             AirPhase::Haze(distribution) => Self::Spheres(Spheres::of_distribution(distribution, wavelength_m)),
         }
-    }
-
-    /// Whether what is scattered is known to be less than what is taken.
-    pub fn absorbs(&self) -> bool {
-        matches!(self, Self::Spheres(spheres) if spheres.absorbs)
     }
 
     /// An upper bound of P within `blur` of the angle, rad.
@@ -205,9 +202,17 @@ mod tests {
                 let window = &p[i.saturating_sub(5)..=(i + 5).min(360)];
                 let mean = window.iter().sum::<f64>() / window.len() as f64;
                 let (most, least) = (bounds.most((theta - 0.0436).max(0.0)), bounds.least(theta));
-                assert!(albedo * mean <= most, "{text} {material} at {:.1} degrees: {mean} > {most}", theta.to_degrees());
+                assert!(
+                    albedo * mean <= most,
+                    "{text} {material} at {:.1} degrees: {mean} > {most}",
+                    theta.to_degrees()
+                );
                 // Within a factor of two: a mean over directions is compared with a target's tenth.
-                assert!(2.0 * mean >= least, "{text} {material} at {:.1} degrees: {mean} < {least}", theta.to_degrees());
+                assert!(
+                    2.0 * mean >= least,
+                    "{text} {material} at {:.1} degrees: {mean} < {least}",
+                    theta.to_degrees()
+                );
             }
         }
     }

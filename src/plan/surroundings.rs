@@ -47,24 +47,26 @@ pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let (x, a) = (facts.largest_size_parameter, 0.5 * largest_deg.to_radians());
     let blurred = |width: f64| ((a / width).powi(2) / 8.0).min(1.0);
     let share = facts.parts.droplets_share();
+    let bright = share * facts.concentration;
     let softened = (2.0 * a * facts.shade_reach_m / facts.least_shade_m).sqrt().min(1.0);
     let Some(shafts) = facts.parts.relative(facts.parts.shade_rms * softened) else {
         return (None, format!("a disc of {largest_deg} degrees softens the edges of shafts of light"));
     };
     let soft = if shafts > 0.0 { format!(", shafts of light by {shafts:.4}") } else { String::new() };
     if wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= PEAK / x.max(1.0)) {
-        let peak = blurred(1.0 / x) * share;
+        let peak = blurred(1.0 / x) * bright;
         let reason = format!(
             "a disc of {largest_deg} degrees is near the picture, and lowers the peaks of droplets of size parameter {x:.0} by {peak:.3}"
         );
         return (Some(peak.hypot(shafts)), reason + &soft);
     }
-    let bows = blurred(x.powf(-2.0 / 3.0)) * share;
+    let (width, what) = if facts.has_fringes { (1.0 / x, "fringes") } else { (x.powf(-2.0 / 3.0), "bows") };
+    let bows = blurred(width) * bright;
     let sees_glory = wide().any(|sun| beside_picture_rad(scene, sun.direction) <= RINGS / x.max(1.0));
     let rings = (PI * (RINGS / x.max(1.0)).powi(2) / picture_sr(scene)).min(1.0);
     let glory = if sees_glory { RING_CONTRAST * blurred(1.0 / x) * rings.sqrt() * share } else { 0.0 };
     let reason = format!(
-        "a disc of {largest_deg} degrees blurs bows of droplets of size parameter {x:.0} by {bows:.4}, glories by {glory:.4}"
+        "a disc of {largest_deg} degrees blurs {what} of droplets of size parameter {x:.0} by {bows:.4}, glories by {glory:.4}"
     );
     (Some(bows.hypot(glory).hypot(shafts)), reason + &soft)
 }

@@ -26,7 +26,8 @@ impl ErrorEstimate {
     /// Of a picture of this noise.
     pub fn new(plan: &EffectPlan, prepared: &Prepared, noise: f64) -> Self {
         let left_out = || plan.decisions.iter().filter(|decision| !decision.on && decision.switch == Switch::Auto);
-        let squares: f64 = left_out().filter_map(|decision| decision.estimate).map(|e| e * e).sum();
+        // Nearly all of them are light that is missing: they add up.
+        let left_out_error: f64 = left_out().filter_map(|decision| decision.estimate).sum();
         let names: Vec<&str> = left_out().filter(|decision| decision.matters()).map(|d| d.effect.name()).collect();
         let glow = plan.decisions.iter().find(|decision| decision.effect == Effect::Glow && decision.on);
         let of_picture = |glow: &Decision| glow.estimate.map_or(1.0, |estimate| estimate.min(1.0));
@@ -41,7 +42,7 @@ impl ErrorEstimate {
                 if prepared.counts.size_bins > 0 { prepared.angle_tolerance } else { 0.0 },
             ),
             part("glow_tolerance", "the sum of glow", glow_error),
-            part("effects", &format!("leaving out {}", names.join(", ")), squares.sqrt()),
+            part("effects", &format!("leaving out {}", names.join(", ")), left_out_error),
         ];
         parts.retain(|part| part.error > 0.0);
         parts.sort_by(|a, b| b.error.total_cmp(&a.error));

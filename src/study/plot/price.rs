@@ -95,9 +95,7 @@ pub fn price_plot(caption: [&str; 2], lines: &[Line], marks: &[f64]) -> Result<S
             draw_entry(&legend, number, &line.name, colour)?;
         }
         let below = 40.0 + 22.0 * lines.len() as f64;
-        for (row, text) in
-            ["filled: measured", "open: at most, noise", "hides the rest"].iter().enumerate()
-        {
+        for (row, text) in ["filled: measured", "open: at most, noise", "hides the rest"].iter().enumerate() {
             let place = (pt(8.0) as i32, pt(below + 16.0 * row as f64) as i32);
             legend.draw_text(text, &font(11.0), place).map_err(failed)?;
         }
