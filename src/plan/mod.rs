@@ -73,6 +73,10 @@ type Estimate = (Option<f64>, String);
 /// An effect is simulated when it may change the picture by more than this share of the accuracy target.
 pub const SHARE_OF_TARGET: f64 = 0.1;
 
+/// What is left out may change the picture by at most this share of the target together: with noise of the whole target the error is then
+/// (1 + 0.4^2)^(1/2) = 1.08 of it.
+const MOST_LEFT_OUT: f64 = 0.4;
+
 /// Decides about every effect. `choices` (flags) override what the scene says.
 pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wavelengths: usize) -> EffectPlan {
     let facts = SceneFacts::of_wanted(scene, &|effect| is_wanted(scene, choices, effect));
@@ -88,9 +92,25 @@ pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wa
             }
         }
     };
-    let mut plan = EffectPlan { decisions: Effect::ALL.iter().map(decide).collect(), follows_suns: facts.sun_shines };
+    let mut decisions: Vec<Decision> = Effect::ALL.iter().map(decide).collect();
+    keep_enough(&mut decisions, MOST_LEFT_OUT * target);
+    let mut plan = EffectPlan { decisions, follows_suns: facts.sun_shines };
     plan.follows_suns |= plan.is_on(Effect::Direct);
     plan
+}
+
+/// Switches what was left out on again, the largest first, while all of it together might change the picture by more than `most`: nearly
+/// all effects are light that would be missing, so that their changes add up.
+fn keep_enough(decisions: &mut [Decision], most: f64) {
+    let faint = |decision: &Decision| match decision.switch {
+        Switch::Auto if !decision.on => decision.estimate.unwrap_or(0.0),
+        _ => 0.0,
+    };
+    while decisions.iter().map(faint).sum::<f64>() > most {
+        let Some(largest) = decisions.iter_mut().max_by(|a, b| faint(a).total_cmp(&faint(b))) else { return };
+        largest.on = true;
+        largest.reason += "; too much with all else that is faint";
+    }
 }
 
 /// How much an effect could change the picture at most, and on what that rests. `None` always counts as enough.
@@ -161,5 +181,29 @@ pub fn bands_for(target: f64) -> usize {
         t if t > 0.03 => 8,
         t if t > 0.01 => 16,
         _ => 32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_that_are_faint_alone_are_not_all_left_out_together() {
+        let decision = |effect, estimate| Decision {
+            effect,
+            switch: Switch::Auto,
+            on: false,
+            reason: String::new(),
+            estimate: Some(estimate),
+        };
+        let effects = [Effect::Glow, Effect::Shadows, Effect::Multiple, Effect::Airlight, Effect::AirMultiple];
+        let mut decisions: Vec<Decision> = effects.map(|effect| decision(effect, 0.08)).into();
+        decisions[2].estimate = Some(0.09);
+        keep_enough(&mut decisions, 0.4);
+        let on: Vec<Effect> = decisions.iter().filter(|d| d.on).map(|d| d.effect).collect();
+        assert_eq!(on, [Effect::Multiple]);
+        keep_enough(&mut decisions, 0.0);
+        assert!(decisions.iter().all(|decision| decision.on));
     }
 }
