@@ -23,6 +23,8 @@ pub(super) struct Picture {
     seen: Depths,
     sunward: Depths,
     light: Light,
+    /// Radius of the widest sun's disc, rad.
+    disc_rad: f64,
     /// Longest way from a droplet to air, m.
     reach_m: f64,
 }
@@ -38,8 +40,10 @@ impl Picture {
             Grid::along(direction, center_m, radius_m),
         );
         let (seen, sunward) = (camera.depths(scene, areas), sun.depths(scene, areas));
+        let diameter_deg = scene.suns.iter().map(|sun| scene.sun_diameter_deg(sun)).fold(0.0, f64::max);
+        let disc_rad = 0.5 * diameter_deg.to_radians();
         let reach_m = (center_m - scene.camera.position_m).length() + radius_m + scene.settings.atmosphere.depth_m;
-        Self { camera, sun, seen, sunward, light: Light::of(scene, is_wanted), reach_m }
+        Self { camera, sun, seen, sunward, light: Light::of(scene, is_wanted), disc_rad, reach_m }
     }
 
     /// What follows from it; all other facts are left at their defaults.
@@ -82,7 +86,7 @@ impl Picture {
     fn parts(&self, air: &Atmosphere, covers: &[f64], [sunlit, deep, deepest]: [f64; 3]) -> Parts {
         let rays: Vec<DVec3> = self.camera.rays().map(|(_, direction)| direction).collect();
         let scattered: Vec<f64> = self.seen.scattered().collect();
-        let air = air_seen((&self.camera, &self.seen), (&self.sun, &self.sunward), air, deepest);
+        let air = air_seen((&self.camera, &self.seen), (&self.sun, &self.sunward, self.disc_rad), air, deepest);
         let blur = self.camera.blur_rad();
         self.light.parts(&Seen { rays: &rays, blur, lost: covers, scattered: &scattered, air: &air, sunlit, deep })
     }

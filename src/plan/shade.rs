@@ -20,11 +20,11 @@ pub(super) struct AirSeen {
     pub shaded: f64,
 }
 
-/// Along the camera's rays; `seen` and `sunward` are what lies along those and along the sun's, `deepest` an optical depth that none
+/// Along the camera's rays; `seen` and `sunward` are what lies along those and along the sun's, whose disc has the radius `disc_rad`, `deepest` an optical depth that none
 /// exceeds.
 pub(super) fn air_seen(
     (camera, seen): (&Grid, &Depths),
-    (sun, sunward): (&Grid, &Depths),
+    (sun, sunward, disc_rad): (&Grid, &Depths, f64),
     air: &Atmosphere,
     deepest: f64,
 ) -> Vec<AirSeen> {
@@ -34,7 +34,7 @@ pub(super) fn air_seen(
     }
     let sheet = if sunward.misses_a_box { -(-deepest).exp_m1() } else { 0.0 };
     let all = -(-extinction_per_m * air.depth_m).exp_m1();
-    let shade = |point: DVec3| shade_at(sun, sunward, point).max(sheet);
+    let shade = |point: DVec3| shade_at(sun, sunward, disc_rad, point).max(sheet);
     let of_ray = |(cell, (origin_m, direction)): (usize, (DVec3, DVec3))| {
         let (middle_m, variance_m2) = seen.place(cell);
         let (hidden_from_m, passed) = (middle_m - EDGE * variance_m2.sqrt(), (-seen.tau[cell]).exp());
@@ -52,9 +52,12 @@ pub(super) fn air_seen(
     camera.rays().enumerate().map(of_ray).collect()
 }
 
-/// Share of the sunlight that droplets before a point take.
-fn shade_at(sun: &Grid, sunward: &Depths, point: DVec3) -> f64 {
-    let Some((cell, t_m)) = sun.cell_of(point) else { return 0.0 };
-    let (middle_m, variance_m2) = sunward.place(cell);
-    if t_m > middle_m - EDGE * variance_m2.sqrt() { -(-sunward.tau[cell]).exp_m1() } else { 0.0 }
+/// Share of the sunlight that droplets before a point take, at most: within a cell of it and the sun's disc, of radius `disc_rad`.
+fn shade_at(sun: &Grid, sunward: &Depths, disc_rad: f64, point: DVec3) -> f64 {
+    let t_m = sun.along_m(point);
+    let shade = |cell: usize| {
+        let (middle_m, variance_m2) = sunward.place(cell);
+        if t_m > middle_m - EDGE * variance_m2.sqrt() { -(-sunward.tau[cell]).exp_m1() } else { 0.0 }
+    };
+    sun.cells_about(point, disc_rad * t_m.max(0.0)).map(shade).fold(0.0, f64::max)
 }

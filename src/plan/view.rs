@@ -78,15 +78,22 @@ impl Grid {
         }
     }
 
-    /// The cell of parallel rays that a point lies in, and how far along its ray, m.
-    pub fn cell_of(&self, point: DVec3) -> Option<(usize, f64)> {
+    /// The cells of parallel rays within a distance of a point across them, and one more on each side.
+    pub fn cells_about(&self, point: DVec3, margin_m: f64) -> impl Iterator<Item = usize> {
         let at = self.frame * (point - self.origin_m);
-        let place = [at.x, at.y];
-        let index = |axis: usize| {
-            let x = 0.5 * (place[axis] / self.half[axis] + 1.0) * self.size[axis] as f64;
-            (x >= 0.0 && x < self.size[axis] as f64).then_some(x as usize)
+        let range = |x: f64, axis: usize| {
+            let cell_m = 2.0 * self.half[axis] / self.size[axis] as f64;
+            let of = |x_m: f64| ((x_m + self.half[axis]) / cell_m).floor();
+            let (low, high) = (of(x - margin_m) - 1.0, of(x + margin_m) + 2.0);
+            low.max(0.0) as usize..high.clamp(0.0, self.size[axis] as f64) as usize
         };
-        Some((index(1)? * self.size[0] + index(0)?, -at.z))
+        let (columns, rows, width) = (range(at.x, 0), range(at.y, 1), self.size[0]);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    }
+
+    /// How far along the parallel rays a point lies, m.
+    pub fn along_m(&self, point: DVec3) -> f64 {
+        -(self.frame * (point - self.origin_m)).z
     }
 
     /// Columns and rows.
