@@ -115,10 +115,9 @@ fn intercepted_power(mut scene: Scene) -> f64 {
 fn along_the_sun(mut scene: Scene, radiance: f64) -> Prepared {
     scene.settings.background.radiance = [radiance; 3];
     scene.suns[0].lux = 0.0;
-    let travel = scene.suns[0].direction;
-    let mut prepared = prepare_all(scene);
-    prepared.camera = camera_for(-travel, REACH_M);
-    prepared
+    // Before the plan is made: what no ray of the camera meets is not simulated.
+    scene.camera = camera_for(-scene.suns[0].direction, REACH_M);
+    prepare_all(scene)
 }
 
 /// The sun of the energy checks.

@@ -69,8 +69,10 @@ impl Sources {
             let foot = to_source.dot(direction);
             let nearest_m = (to_source.length_squared() - foot * foot).max(0.0).sqrt();
             let b = nearest_m.hypot(source.spread_m).max(f64::MIN_POSITIVE);
-            // No way from the source by the ray to the camera is shorter than that straight to it.
-            let passed = (-extinction_per_m * (to_source.length() - source.spread_m).max(0.0)).exp();
+            // No way from the source by the ray to the camera is shorter than that straight to it, of which no more lies in the air than
+            // its radius.
+            let least_m = (to_source.length() - source.spread_m).clamp(0.0, way_m);
+            let passed = (-extinction_per_m * least_m).exp();
             source.area_m2 * passed * (((way_m - foot) / b).atan() + (foot / b).atan()) / b
         };
         self.all.iter().map(from).sum::<f64>() / (4.0 * PI)
