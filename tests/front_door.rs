@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use program::{Bench, assert_says, text};
+use program::{Bench, assert_says, shipped, text};
 
 #[path = "../examples/one_picture.rs"]
 #[allow(dead_code, reason = "the test calls `draw`, not `main`")]
@@ -132,6 +132,22 @@ fn messages_name_one_remedy_and_the_right_one() {
     assert_says(&said("--radius -5um"), &["--radius", "-5um"]);
     assert_says(&said("--noise -1"), &["--noise", "between 0 and 1"]);
     assert_says(&bench.fails(2, "mie --radius 5um --material no.csv"), &["no.csv cannot be read", "check the path"]);
+}
+
+/// Expected: whatever is in a scene, what is said of it fits a terminal; only the first line, its path, is as long as it is.
+#[test]
+fn what_inspect_says_fits_a_terminal() {
+    let bench = Bench::with_cloud();
+    let shipped_scenes = ["fog", "fogbow", "corona", "cumulus", "steam", "drop", "droplet", "paper/fig01"];
+    let scenes = shipped_scenes.map(|name| shipped(&format!("scenes/{name}.gltf")));
+    for scene in scenes.iter().map(String::as_str).chain(["cloud.glb"]) {
+        let said = bench.ok(&format!("inspect {scene}"));
+        assert!(said.lines().skip(1).all(|line| line.chars().count() <= 80), "{said}");
+        assert_says(&said, &["depth       about ", "picture     ", "  on  absorption", "  off "]);
+    }
+    // A camera that looks away.
+    bench.ok("generate -o behind.glb --count 3 --camera-position 0m,0m,9m --look-at 0m,0m,20m --size 2m -q");
+    assert_says(&bench.ok("inspect behind.glb"), &["the camera sees no droplet"]);
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn inspect_understands_the_scenes_of_the_paper() {
     let bench = Bench::new();
     for figure in FIGURES {
         let said = bench.ok(&format!("inspect {}", shipped(&figure.scene_path())));
-        assert_says(&said, &["1 droplets", "air"]);
+        assert_says(&said, &["1 droplet", "air"]);
     }
 }
 

@@ -14,6 +14,7 @@ mod generate_args;
 mod help;
 mod identity;
 mod inspect;
+mod inspect_report;
 mod interrupt;
 mod limits;
 mod manual;
@@ -29,6 +30,7 @@ mod say;
 mod scene;
 mod stats;
 mod values;
+mod wrapped;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -30,7 +30,7 @@ use crate::transport::{Prepared, RenderOutcome, RenderRequest, RenderState, Stag
 use crate::warning::Warning;
 
 /// Samples per pixel when nothing asks for an accuracy.
-const DEFAULT_SPP: u32 = 64;
+pub const DEFAULT_SPP: u32 = 64;
 
 /// Sampling to an accuracy ends here, whatever the noise.
 const MOST_SPP: u32 = 65_536;

@@ -1,5 +1,7 @@
 //! Quantities with units as they are written by people: `5um`, `550nm`, `0.3g/m3`, `4GiB`, `1h30m`.
 
+pub mod short;
+
 use thiserror::Error;
 
 /// A quantity could not be read.
