@@ -2,6 +2,7 @@
 
 mod program;
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -185,6 +186,29 @@ fn there_is_a_preview_long_before_the_picture() {
     for (x0, y0) in [(0, 0), (400, 0), (0, 300), (400, 300)] {
         assert!(brightest(x0, y0) > Some(60), "{x0} {y0}: {:?}", brightest(x0, y0));
     }
+}
+
+/// Expected: a render that takes hours says so within seconds, once, with what to do instead; whoever set a limit is told nothing.
+#[test]
+fn long_renders_say_how_long_they_take() {
+    let bench = Bench::with_cloud();
+    let said = |flags: &str, until: &str| {
+        let line = format!("render cloud.glb -o a.exr --resolution 160x120 {flags}");
+        let mut child = bench.command(&line).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map_while(Result::ok);
+        // The program ends by its own limit or by this test's.
+        let heard: Vec<String> = lines
+            .take(40)
+            .scan(false, |done, line| (!std::mem::replace(done, line.contains(until))).then_some(line))
+            .collect();
+        let _ = child.kill();
+        child.wait().expect("it ends");
+        heard
+    };
+    let heard = said("--noise 0.00001", "--time-limit 60 gives");
+    let last = heard.last().expect("a line");
+    assert!(last.starts_with("about ") && last.contains("noise") && last.chars().count() <= 100, "{heard:?}");
+    assert!(!said("--noise 0.00001 --time-limit 4", "rays/s").iter().any(|line| line.starts_with("about ")));
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod checkpoint;
 mod diff;
 mod effects;
 mod failure;
+mod foretell;
 mod generate;
 mod generate_args;
 mod help;

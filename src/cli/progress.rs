@@ -1,19 +1,21 @@
 //! How far the picture is: a bar on a terminal, plain lines otherwise, nothing when quiet.
 
 use std::io::IsTerminal;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::checkpoint::Checkpoints;
+use super::foretell::SoFar;
 use super::interrupt::Interrupts;
 use super::previews::Previews;
 use super::say::say;
 use crate::film::Film;
 use crate::image::file::FileError;
-use crate::transport::{Progress, RenderState};
+use crate::transport::{Progress, RenderRequest, RenderState, Until};
+use crate::units::short;
 
 /// How much the program says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -23,11 +25,14 @@ pub enum Verbosity {
     Verbose,
 }
 
-/// Plain lines come at most this often.
+/// Plain lines come at most this often,
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
-/// Before this the first tiles tell too little of how long the rest takes.
-const FORETOLD_AFTER_S: f64 = 2.0;
+/// the first one so soon.
+const FIRST_LINE_AFTER: Duration = Duration::from_secs(1);
+
+/// Samples of each pixel after which noise is known first.
+const FIRST_SPP: u64 = 2;
 
 /// Steps of the bar.
 const BAR_LENGTH: u64 = 1000;
@@ -70,15 +75,28 @@ pub struct Kept {
     pub previews: Option<Previews>,
 }
 
+/// What was known at the end of the last round.
+#[derive(Clone, Copy)]
+struct Known {
+    /// Samples of all pixels together.
+    taken: u64,
+    noise: f64,
+}
+
 /// Shows progress, and ends the render when its time is up or the user has had enough.
 pub struct Shown {
     bar: Option<ProgressBar>,
     started: Instant,
-    last_line: Option<Mutex<Instant>>,
-    /// What was known at the end of the last round.
-    state: Mutex<String>,
-    /// Share of the samples that was there before.
-    begun_at: OnceLock<f64>,
+    /// When the next plain line is due.
+    next_line: Option<Mutex<Instant>>,
+    /// When the render is done.
+    until: Until,
+    pixels: u64,
+    /// Samples that were there before.
+    begun: u64,
+    known: Mutex<Known>,
+    /// Whether the user has been told how long it takes.
+    foretold: AtomicBool,
     time_limit: Option<Duration>,
     interrupts: Interrupts,
     /// Whether the user has been told that an interrupt was heard.
@@ -87,8 +105,16 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Progress on stderr, the seconds after which to stop, the interrupts that stop it sooner, and what is kept meanwhile.
-    pub fn new(verbosity: Verbosity, time_limit_s: Option<f64>, interrupts: Interrupts, kept: Kept) -> Self {
+    /// Progress on stderr of a render that begins with so many samples, the seconds after which to stop, the interrupts that stop
+    /// it sooner, and what is kept meanwhile.
+    pub fn new(
+        verbosity: Verbosity,
+        (request, begun): (&RenderRequest, u64),
+        time_limit_s: Option<f64>,
+        interrupts: Interrupts,
+        kept: Kept,
+    ) -> Self {
+        let [_, _, width, height] = request.crop;
         let terminal = std::io::stderr().is_terminal();
         let quiet = verbosity == Verbosity::Quiet;
         let bar = (!quiet && terminal).then(|| {
@@ -103,9 +129,13 @@ impl Shown {
         Self {
             bar,
             started: Instant::now(),
-            last_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now())),
-            state: Mutex::default(),
-            begun_at: OnceLock::new(),
+            next_line: (!quiet && !terminal).then(|| Mutex::new(Instant::now() + FIRST_LINE_AFTER)),
+            until: request.until,
+            pixels: u64::from(width) * u64::from(height),
+            begun,
+            known: Mutex::new(Known { taken: 0, noise: f64::INFINITY }),
+            // Whoever sets a limit knows how long it takes.
+            foretold: AtomicBool::new(quiet || time_limit_s.is_some()),
             time_limit: time_limit_s.map(Duration::from_secs_f64),
             interrupts,
             told: AtomicBool::new(quiet),
@@ -133,38 +163,77 @@ impl Shown {
         }
     }
 
-    /// Share of the picture that is done: of its samples, or of its time; and how long the rest takes.
-    fn share_and_left(&self, taken: u64, expected: u64) -> (f64, String) {
+    fn so_far(&self, taken: u64, expected: u64) -> SoFar {
+        let known = self.known.lock().map_or(Known { taken: 0, noise: f64::INFINITY }, |known| *known);
+        let noise = known.noise * (known.taken as f64 / taken.max(1) as f64).sqrt();
         let elapsed_s = self.started.elapsed().as_secs_f64();
-        let of_samples = (taken as f64 / expected.max(1) as f64).min(1.0);
-        let begun_at = *self.begun_at.get_or_init(|| of_samples);
-        let of_time = self.time_limit.map_or(0.0, |limit| elapsed_s / limit.as_secs_f64()).min(1.0);
+        SoFar { elapsed_s, begun: self.begun, taken, expected: expected.max(taken), noise }
+    }
+
+    /// Whether it is unknown as yet how many samples there will be.
+    fn seeks_noise(&self, so_far: &SoFar) -> bool {
+        matches!(self.until, Until::Noise { .. }) && self.time_limit.is_none() && !so_far.noise.is_finite()
+    }
+
+    /// Share of the picture that is done: of its samples, or of its time; and how long the rest takes.
+    fn share_and_left(&self, so_far: &SoFar) -> (f64, String) {
+        let of_samples = (so_far.taken as f64 / so_far.expected.max(1) as f64).min(1.0);
+        let of_time = self.time_limit.map_or(0.0, |limit| so_far.elapsed_s / limit.as_secs_f64()).min(1.0);
         let left_s = match self.time_limit {
-            Some(limit) if of_time > of_samples => limit.as_secs_f64() - elapsed_s,
-            _ if of_samples > begun_at && elapsed_s > FORETOLD_AFTER_S => {
-                elapsed_s * (1.0 - of_samples) / (of_samples - begun_at)
-            }
-            _ => f64::INFINITY,
+            Some(limit) if of_time > of_samples => limit.as_secs_f64() - so_far.elapsed_s,
+            _ => so_far.left_s(),
         };
         (
             of_samples.max(of_time),
-            if left_s.is_finite() { format!("about {} left", rounded(left_s)) } else { String::new() },
+            if left_s.is_finite() { format!("about {} left", short::time(left_s)) } else { String::new() },
         )
     }
 
-    fn show(&self, taken: u64, expected: u64, state: &str) {
-        let (share, left) = self.share_and_left(taken, expected);
+    /// How far it is, as a share and in words.
+    fn words(&self, so_far: &SoFar) -> (f64, String) {
+        if self.seeks_noise(so_far) {
+            let of_first = so_far.taken as f64 / (FIRST_SPP * self.pixels.max(1)) as f64;
+            return (of_first.min(1.0), format!("of the first {FIRST_SPP} spp, to see how noisy it is"));
+        }
+        let (share, left) = self.share_and_left(so_far);
+        let each = |samples: u64| samples as f64 / self.pixels.max(1) as f64;
+        let noise =
+            if so_far.noise.is_finite() { format!("noise {}, ", short::percent(so_far.noise)) } else { String::new() };
+        (share, format!("{:.0}/{:.0} spp, {noise}{left}", each(so_far.taken).floor(), each(so_far.expected)))
+    }
+
+    fn show(&self, so_far: &SoFar) {
+        let (share, words) = self.words(so_far);
+        let words = words.trim_end_matches([' ', ',']);
         if let Some(bar) = &self.bar {
             bar.set_position((share * BAR_LENGTH as f64) as u64);
-            bar.set_message(format!("{state}{left}"));
+            bar.set_message(words.to_owned());
         }
         // Whoever finds the line taken has nothing newer to say.
-        let Some(mut last) = self.last_line.as_ref().and_then(|last| last.try_lock().ok()) else { return };
-        if last.elapsed() < LINE_EVERY || share >= 1.0 || share == 0.0 {
+        let Some(mut next) = self.next_line.as_ref().and_then(|next| next.try_lock().ok()) else { return };
+        if Instant::now() < *next || share >= 1.0 || share == 0.0 {
             return;
         }
-        *last = Instant::now();
-        say!("render: {:.0} %, {state}{left}", 100.0 * share);
+        *next = Instant::now() + LINE_EVERY;
+        say!("render: {:.0} % {words}", 100.0 * share);
+    }
+
+    /// Tells once how long it takes, as soon as that can be told.
+    fn foretell(&self, so_far: &SoFar) {
+        if self.foretold.load(Ordering::Relaxed) {
+            return;
+        }
+        if let Some(text) = so_far.foretold(self.until) {
+            self.foretold.store(true, Ordering::Relaxed);
+            self.say_above_bar(&text);
+        }
+    }
+
+    fn say_above_bar(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(text),
+            None => say!("{text}"),
+        }
     }
 
     /// An interrupt waits for the tiles in work, and for the first sample of every pixel: the user should know.
@@ -172,41 +241,25 @@ impl Shown {
         if !self.interrupts.heard() || self.told.swap(true, Ordering::Relaxed) {
             return;
         }
-        let text = "interrupted: finishing what is in work, to save it; a second interrupt ends at once";
-        match &self.bar {
-            Some(bar) => bar.println(text),
-            None => say!("{text}"),
-        }
-    }
-}
-
-/// A time as people say it.
-fn rounded(seconds: f64) -> String {
-    match seconds {
-        s if s < 100.0 => format!("{s:.0} s"),
-        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.0} h", s / 3600.0),
+        self.say_above_bar("interrupted: finishing what is in work, to save it; a second interrupt ends at once");
     }
 }
 
 impl Progress for Shown {
     fn samples(&self, taken: u64, expected: u64) {
         self.tell_of_interrupt();
-        if self.bar.is_some() || self.last_line.is_some() {
-            let state = self.state.lock().map(|state| state.clone()).unwrap_or_default();
-            self.show(taken, expected, &state);
+        if self.bar.is_some() || self.next_line.is_some() {
+            let so_far = self.so_far(taken, expected);
+            self.show(&so_far);
+            self.foretell(&so_far);
         }
     }
 
-    fn round(&self, taken: u64, expected: u64, film: &Film) {
-        let pixels = (film.width() * film.height()).max(1) as f64;
-        let each = |samples: u64| (samples as f64 / pixels).round();
-        let noise = Some(film.noise()).filter(|noise| noise.is_finite());
-        let noise = noise.map_or_else(String::new, |noise| format!("noise {:.2} %, ", 100.0 * noise));
-        if let Ok(mut shown) = self.state.lock() {
-            *shown = format!("{}/{} spp, {noise}", each(taken), each(expected.max(taken)));
+    fn round(&self, taken: u64, _expected: u64, film: &Film) {
+        // Before the next round it is not known how many samples are expected of it: what there is to say is said then.
+        if let Ok(mut known) = self.known.lock() {
+            *known = Known { taken, noise: film.noise() };
         }
-        self.samples(taken, expected);
         if let Some(previews) = self.kept.previews.as_ref().filter(|previews| previews.due()) {
             previews.write_or_warn(film);
         }
@@ -229,16 +282,5 @@ impl Progress for Shown {
         if let Some((previews, film)) = previews.zip(state.latest()) {
             previews.write_or_warn(film);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rounded;
-
-    #[test]
-    fn times_are_said_in_the_unit_that_people_use() {
-        let said = [0.4, 59.6, 99.0, 100.0, 3600.0, 7200.0].map(rounded);
-        assert_eq!(said, ["0 s", "60 s", "99 s", "2 min", "60 min", "2 h"]);
     }
 }

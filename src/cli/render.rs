@@ -78,7 +78,9 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     drop(busy);
     // Before this there is nothing to save: an interrupt ends the program, and the previous picture stays as it is.
     let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
-    let progress = Shown::new(job.verbosity, args.time_limit, interrupts, Kept { checkpoints, previews });
+    let kept_meanwhile = Kept { checkpoints, previews };
+    let progress =
+        Shown::new(job.verbosity, (&job.request, state.samples()), args.time_limit, interrupts, kept_meanwhile);
     let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
     seconds.render = watch.lap();

@@ -9,6 +9,7 @@ use crate::image::file::{Existing, write_atomically};
 use crate::plan::EffectPlan;
 use crate::scene::settings::Effect;
 use crate::transport::{ErrorEstimate, ErrorPart, Prepared, RenderOutcome, RenderRequest};
+use crate::units::short::amount;
 use crate::warning::Warning;
 
 /// Seconds spent in each stage.
@@ -148,8 +149,4 @@ impl Stats<'_> {
             self.rays_per_second() * 1e-6,
         )
     }
-}
-
-fn amount(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
 }
