@@ -120,9 +120,61 @@ fn slips_in_any_kind_of_name_are_recognised() {
     assert_says(&bench.fails(2, "mie --radius 5um --material watre"), &["`water`"]);
 }
 
+/// A custom property whose name is almost ours would do nothing, and nobody would know why. Others' properties are their business.
+#[test]
+fn properties_that_are_almost_ours_are_pointed_out() {
+    let bench = Bench::new();
+    let inspect =
+        |key: &str| {
+            let settings = r#""mie_cloud": {"background": {"radiance": 1}}"#;
+            bench.write("a.gltf", &format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"extras": {{{settings}, "{key}": 1}}}}]}}"#
+        ));
+            bench.run("inspect a.gltf")
+        };
+    for slip in ["miecloud", "mie-cloud.kind", "Mie_Cloud.atmosphere.step_m", "mie_cloud_kind", "mie cloud"] {
+        let output = inspect(slip);
+        assert_eq!(output.status.code(), Some(3), "{slip}");
+        assert_says(&text(&output.stderr), &["scenes[0].extras", slip, "`mie_cloud`"]);
+    }
+    for foreign in ["cloud", "mie", "mie_cloud_generator", "miecloudlike", "kind"] {
+        assert_eq!(inspect(foreign).status.code(), Some(0), "{foreign}");
+    }
+}
+
+/// Expected: no PNG is written into a file that others take for something else, no SVG either.
+#[test]
+fn names_of_files_promise_what_is_in_them() {
+    let bench = Bench::with_cloud();
+    let render = |preview: &str| format!("render cloud.glb -o a.exr --spp 1 -q --preview {preview}");
+    for (line, better) in [
+        (&*render("a.jpg"), "a.png"),
+        (&*render("b.exr"), "b.png"),
+        ("mie --radius 5um --plot p.png", "p.svg"),
+        ("diff a.exr a.exr --picture d.svg", "d.png"),
+        ("bench particles --counts 10 --plot p.pdf", "p.svg"),
+    ] {
+        assert_says(&bench.fails(2, line), &["name it", better]);
+    }
+    bench.ok(&render("no-ending"));
+    assert_eq!(bench.files().len(), 3, "the cloud, the picture and its preview");
+}
+
 #[test]
 fn messages_name_one_remedy_and_the_right_one() {
     let bench = Bench::with_cloud();
+    for (flags, remedy) in [
+        ("--effects glwo", "`+glow`"),
+        ("--camera Camra", "`Camera`"),
+        ("--crop 0,0,99,2", "X+W may be 12"),
+        ("--spp 1 --resume none", "check the path"),
+    ] {
+        let line = format!("render cloud.glb -o a.exr {flags}");
+        assert_says(&text(&bench.run(&line).stderr), &["error: ", remedy]);
+    }
+    assert_says(&bench.fails(2, "generate -o x.glb --optical-depth -1"), &["above zero"]);
+    assert_says(&bench.fails(2, "generate -o x.obj"), &["x.obj", "`.glb`"]);
+    assert!(!bench.fails(3, "inspect none.glb").contains("os error"));
     let said = |flags: &str| bench.fails(2, &format!("render cloud.glb -o a.exr --spp 1 {flags}"));
     let missing = said("--set droplets.material=no.csv");
     assert_says(&missing, &["no.csv cannot be read", "relative to the working folder"]);

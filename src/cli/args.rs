@@ -10,7 +10,7 @@ use super::help;
 use super::manual::{CompletionsArgs, ManArgs};
 use super::mie::args::MieArgs;
 use super::values::{
-    length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_memory, parse_nonnegative,
+    file_as, length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_memory, parse_nonnegative,
     parse_resolution, parse_samples, parse_share, parse_time,
 };
 
@@ -130,7 +130,7 @@ pub struct RenderArgs {
     /// Also writes an exposed and tone-mapped PNG
     ///
     /// It is there early, and rewritten while the picture gets better.
-    #[arg(long, value_name = "OUT.png", help_heading = "Output")]
+    #[arg(long, value_name = "OUT.png", value_parser = file_as("png"), help_heading = "Output")]
     pub preview: Option<PathBuf>,
     /// Extra layers, separated by commas, or `all`: direct, multiple, airlight, glow, air_multiple, refraction,
     /// background, stderr, samples, depth, transmittance
@@ -219,7 +219,7 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: PathBuf,
     /// Also writes an exposed and tone-mapped PNG
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.png", value_parser = file_as("png"))]
     pub preview: Option<PathBuf>,
     /// Merges what is there although samples are missing in between
     #[arg(long)]
@@ -259,7 +259,7 @@ pub struct BenchParticlesArgs {
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Draws times and rays per second over the count
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = file_as("svg"))]
     pub plot: Option<PathBuf>,
     /// Uses much memory without asking
     #[arg(short, long)]
@@ -279,7 +279,7 @@ pub struct DiffArgs {
     #[arg(long, value_name = "E", value_parser = parse_nonnegative)]
     pub max_rel: Option<f64>,
     /// Draws the difference of lightness: red where the first picture is lighter, blue where it is darker
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = file_as("png"))]
     pub picture: Option<PathBuf>,
 }
 

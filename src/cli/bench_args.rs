@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::SceneArgs;
-use super::values::{parse_accuracy, parse_resolution};
+use super::values::{file_as, parse_accuracy, parse_resolution};
 use crate::study::accuracy::Knob;
 
 /// How measurements on a scene are made, and where they are written.
@@ -67,6 +67,6 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "FILE.exr")]
     pub reference: Option<PathBuf>,
     /// Draws error over time, one line per knob
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = file_as("svg"))]
     pub plot: Option<PathBuf>,
 }

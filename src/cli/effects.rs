@@ -18,7 +18,10 @@ pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
         let (switch, name) = match (entry.strip_prefix('+'), entry.strip_prefix('-')) {
             (Some(name), _) => (Switch::On, name),
             (_, Some(name)) => (Switch::Off, name),
-            _ => return Err(anyhow!("--effects {entry}: write `auto`, `+{entry}` or `-{entry}`")),
+            _ => {
+                let name = closest(entry, Effect::ALL.iter().map(|(_, name)| *name)).unwrap_or("glow");
+                return Err(anyhow!("--effects {entry}: write `auto`, or a name after a sign, `+{name}` or `-{name}`"));
+            }
         };
         switches.insert(effect(name)?, switch);
     }
@@ -52,6 +55,8 @@ mod tests {
     fn slips_are_pointed_out() {
         let error = parse("+shadow").unwrap_err().to_string();
         assert!(error.contains("did you mean `shadows`"), "{error}");
-        assert!(parse("glow").unwrap_err().to_string().contains("+glow"));
+        for slip in ["shadows", "shadow"] {
+            assert!(parse(slip).unwrap_err().to_string().ends_with("`+shadows` or `-shadows`"));
+        }
     }
 }

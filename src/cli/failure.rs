@@ -13,6 +13,15 @@ pub const SCENE: u8 = 3;
 /// Exit code after an interrupt whose work was saved.
 pub const INTERRUPTED: u8 = 130;
 
+/// The system's errors without their numbers, as in `No such file or directory (os error 2)`: the words say it.
+fn without_numbers(text: &str) -> String {
+    let mut parts = text.split(" (os error ");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |said, part| {
+        said + part.trim_start_matches(|c: char| c.is_ascii_digit() || c == '-').strip_prefix(')').unwrap_or(part)
+    })
+}
+
 /// An error with the exit code of whoever is at fault.
 #[derive(Debug)]
 pub struct Failure {
@@ -63,6 +72,19 @@ impl fmt::Display for Failure {
             }
             said.push_str(&text);
         }
-        f.write_str(&printable(&said))
+        f.write_str(&printable(&without_numbers(&said)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_numbers;
+
+    #[test]
+    fn the_systems_words_are_enough() {
+        let said = "a.glb: cannot be read (No such file or directory (os error 2)); check the path";
+        assert_eq!(without_numbers(said), "a.glb: cannot be read (No such file or directory); check the path");
+        assert_eq!(without_numbers("b: No space left on device (os error 28)"), "b: No space left on device");
+        assert_eq!(without_numbers("as it is"), "as it is");
     }
 }

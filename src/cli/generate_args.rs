@@ -38,7 +38,7 @@ pub struct GenerateArgs {
     #[arg(long, default_value = "ball", value_parser = PossibleValuesParser::new(CloudShape::NAMES), help_heading = "Cloud")]
     pub shape: String,
     /// Diameter or edge with its unit, or the three edges x, y (up), z: 2m or 20m,2m,20m
-    #[arg(long, value_name = "L[,L,L]", default_value = "1m", value_parser = length, value_delimiter = ',', num_args = 1, help_heading = "Cloud")]
+    #[arg(long, value_name = "L[,L,L]", default_value = "1m", value_parser = length, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, help_heading = "Cloud")]
     pub size: Vec<f64>,
     /// Number of droplets or parcels
     #[arg(long, value_name = "N", default_value = "10000", value_parser = parse_count, help_heading = "Cloud")]
@@ -50,10 +50,10 @@ pub struct GenerateArgs {
     #[arg(long, value_name = "D", default_value = "gamma:reff=6um,veff=0.1", help_heading = "Cloud")]
     pub distribution: String,
     /// Water in the air, e.g. 0.3g/m3
-    #[arg(long, value_name = "W", conflicts_with = "optical_depth", value_parser = parse_water, help_heading = "Cloud")]
+    #[arg(long, value_name = "W", conflicts_with = "optical_depth", value_parser = parse_water, allow_hyphen_values = true, help_heading = "Cloud")]
     pub liquid_water: Option<f64>,
     /// Optical depth at 550 nm, through the centre along the shortest side
-    #[arg(long, value_name = "T", value_parser = parse_positive, help_heading = "Cloud")]
+    #[arg(long, value_name = "T", value_parser = parse_positive, allow_hyphen_values = true, help_heading = "Cloud")]
     pub optical_depth: Option<f64>,
     /// 0 fills the shape evenly, 1 gathers the fog in banks with almost clear air between
     #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Cloud")]

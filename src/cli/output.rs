@@ -7,6 +7,7 @@ use anyhow::{Context, anyhow};
 use serde::{Deserialize, Serialize};
 
 use super::failure::Failure;
+use super::values::promises_other;
 use crate::film::{Film, Layer, Wanted, develop};
 use crate::image::file::{Existing, write_atomically};
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
@@ -126,14 +127,9 @@ fn file_name(scene: &str) -> String {
     Path::new(scene).file_name().map_or_else(|| scene.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// File names that promise another format than the one that is written.
-const OTHER_FORMATS: [&str; 12] =
-    ["png", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "json", "gltf"];
-
 /// Refuses names of other formats than OpenEXR.
 pub fn check_kind(path: &Path) -> anyhow::Result<()> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_lowercase();
-    if OTHER_FORMATS.contains(&extension.as_str()) {
+    if promises_other(path, "exr") {
         let exr = path.with_extension("exr");
         return Err(anyhow!(
             "--output {}: the picture is OpenEXR; write `-o {}` (and `--preview FILE.png` for a PNG)",

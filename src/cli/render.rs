@@ -306,7 +306,9 @@ fn crop(args: &RenderArgs, [width, height]: [u32; 2]) -> Result<[u32; 4], Failur
     if inside(x, w, width) && inside(y, h, height) {
         return Ok([x, y, w, h]);
     }
-    Err(Failure::usage(anyhow!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels")))
+    Err(Failure::usage(anyhow!(
+        "--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels; X+W may be {width} at most, Y+H {height}"
+    )))
 }
 
 fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure> {

@@ -1,9 +1,37 @@
 //! Values of arguments as they are written: numbers, lengths with units, sizes, pairs.
 
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use num_complex::Complex64;
 
 use crate::film::{block_of, is_whole};
 use crate::units::{parse_bytes, parse_length_m, parse_time_s};
+
+/// Endings of file names that promise a format.
+const FORMATS: [&str; 15] =
+    ["exr", "png", "svg", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "pdf", "json", "gltf"];
+
+/// The ending of a file's name, where it promises another format than `own`.
+pub fn promises_other(path: &Path, own: &str) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_lowercase();
+    ending != own && FORMATS.contains(&ending.as_str())
+}
+
+/// A file that is written in the format `own`, whose name promises no other.
+pub fn file_as(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(move |name: OsString| {
+        let path = PathBuf::from(name);
+        match promises_other(&path, own) {
+            true => {
+                let better = path.with_extension(own);
+                Err(format!("the file is {}; name it {}", own.to_uppercase(), better.display()))
+            }
+            false => Ok(path),
+        }
+    })
+}
 
 pub fn length(text: &str) -> Result<f64, String> {
     let value = parse_length_m(text).map_err(|e| e.to_string())?;
@@ -91,6 +119,7 @@ pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     let starts = [first.start, if first.start == start { start } else { first.end }];
     let ends = [last.start, if last.start == end { end } else { last.end }];
     let mut allowed: Vec<[u32; 2]> = starts.iter().flat_map(|a| ends.map(|b| [*a, b])).filter(|[a, b]| a < b).collect();
+    allowed.sort_unstable();
     allowed.dedup();
     let allowed: Vec<String> = allowed.iter().map(|[a, b]| format!("{a}..{b}")).collect();
     Err(format!("it cuts samples that are drawn together; the nearest ranges that do not: {}", allowed.join(", ")))
@@ -145,6 +174,7 @@ mod tests {
         assert!(said("64..100").ends_with("64..96, 64..112"), "{}", said("64..100"));
         assert!(said("3..9").ends_with("2..8, 2..12, 4..8, 4..12"), "{}", said("3..9"));
         assert!(said("5..7").ends_with("4..8"), "{}", said("5..7"));
+        assert!(said("0..5").ends_with(": 0..4, 0..8"), "{}", said("0..5"));
         for text in ["", "64", "..", "4..2", "4..4", "-1..4", "0..1e3"] {
             assert!(parse_samples(text).is_err(), "{text}");
         }

@@ -21,11 +21,11 @@ const SEAL_BYTES: u64 = 24;
 #[non_exhaustive]
 pub enum SealedError {
     /// The file cannot be opened or read.
-    #[error("cannot read {path}: {source}")]
+    #[error("cannot read {path}: {source}; check the path and its permissions")]
     Io { path: PathBuf, source: io::Error },
     /// There is no record in the file.
     #[error(
-        "{0} holds no sums of samples: it was not written by `--checkpoint` or `--samples`, or cut off, or saved again by another program"
+        "{0} holds no sums of samples: it was not written by `--checkpoint` or `--samples`, or cut off, or saved again by another program; render it again, with `--samples A..B` for `merge`"
     )]
     None(PathBuf),
     /// The record is damaged.

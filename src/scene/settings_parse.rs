@@ -31,7 +31,12 @@ pub fn entries_of_extras(extras: Option<&RawValue>, element: &str) -> SceneResul
     if !extras.get().starts_with('{') {
         return Ok(Entries::new());
     }
-    let OwnExtras(own) = serde_json::from_str(extras.get()).map_err(json)?;
+    let OwnExtras { own, misspelt } = serde_json::from_str(extras.get()).map_err(json)?;
+    if let Some(key) = misspelt {
+        let suggestion = "ours is `mie_cloud`, or begins with `mie_cloud.`, as in `mie_cloud.kind`".into();
+        let fault = SceneFault::UnknownKey { key: excerpt(&key), suggestion };
+        return Err(SceneError::at(format!("{element}.extras"), fault));
+    }
     let mut entries = Entries::new();
     for (key, raw) in own {
         if raw.get().len() > TEXT_LIMIT_BYTES || key.len() > TEXT_LIMIT_BYTES {
@@ -63,7 +68,37 @@ fn too_long(element: &str, bytes: usize) -> SceneError {
 }
 
 /// The members of `extras` that are ours, unparsed, so that foreign extras cost nothing.
-struct OwnExtras<'a>(Vec<(Cow<'a, str>, &'a RawValue)>);
+struct OwnExtras<'a> {
+    own: Vec<(Cow<'a, str>, &'a RawValue)>,
+    /// A foreign key that was meant to be ours.
+    misspelt: Option<Cow<'a, str>>,
+}
+
+/// Whether a key that is not ours was meant to be: `miecloud`, `Mie_Cloud.kind`, `mie-cloud`, `mie_cloud_kind`.
+fn is_misspelt(key: &str) -> bool {
+    const OURS: &str = "miecloud";
+    const NEXT: [&str; 15] = [
+        "kind",
+        "material",
+        "phase",
+        "distribution",
+        "albedo",
+        "number",
+        "liquid",
+        "extinction",
+        "droplet",
+        "sun",
+        "atmosphere",
+        "background",
+        "spectral",
+        "effects",
+        "accuracy",
+    ];
+    let letters = key.chars().filter(char::is_ascii_alphabetic).take(OURS.len() + 16);
+    let letters: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
+    let rest = letters.strip_prefix(OURS);
+    rest.is_some_and(|rest| rest.is_empty() || NEXT.iter().any(|next| rest.starts_with(next)))
+}
 
 impl<'de> Deserialize<'de> for OwnExtras<'de> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -76,15 +111,16 @@ impl<'de> Deserialize<'de> for OwnExtras<'de> {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<OwnExtras<'de>, A::Error> {
-                let mut own = Vec::new();
+                let (mut own, mut misspelt) = (Vec::new(), None);
                 while let Some(key) = map.next_key::<Cow<'de, str>>()? {
                     if key == "mie_cloud" || key.starts_with("mie_cloud.") {
                         own.push((key, map.next_value()?));
                     } else {
                         map.next_value::<IgnoredAny>()?;
+                        misspelt = misspelt.or_else(|| is_misspelt(&key).then_some(key));
                     }
                 }
-                Ok(OwnExtras(own))
+                Ok(OwnExtras { own, misspelt })
             }
         }
         deserializer.deserialize_map(Members)

@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use num_complex::Complex64;
 
 use super::angles::AngleList;
-use crate::cli::values::{length, number, parse_index};
+use crate::cli::values::{file_as, length, number, parse_index};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FormatName {
@@ -44,7 +44,7 @@ pub struct MieArgs {
     #[arg(long, default_value = "text", help_heading = "Output")]
     pub format: FormatName,
     /// Also draws the phase function and the polarisation as SVG
-    #[arg(long, value_name = "P.svg", help_heading = "Output")]
+    #[arg(long, value_name = "P.svg", value_parser = file_as("svg"), help_heading = "Output")]
     pub plot: Option<PathBuf>,
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]

@@ -52,7 +52,7 @@ pub enum WriteError {
 #[non_exhaustive]
 pub enum ReadError {
     /// The file cannot be opened or read.
-    #[error("cannot read {path}: {source}")]
+    #[error("cannot read {path}: {source}; check the path and its permissions")]
     Io { path: PathBuf, source: std::io::Error },
     /// The content is not a picture that can be used.
     #[error("cannot use {path}: {source}")]

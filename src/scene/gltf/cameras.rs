@@ -7,6 +7,7 @@ use super::nodes::Visit;
 use crate::excerpt::excerpt;
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::model::{Camera, Lens};
+use crate::suggest::closest;
 use crate::warning::Warning;
 
 /// Watches for cameras while the scene is walked.
@@ -61,7 +62,11 @@ impl<'a> Cameras<'a> {
         if let (None, Some(wanted)) = (&self.found, self.wanted) {
             let available = match self.names.as_slice() {
                 [] => "the scene has none".into(),
-                names => format!("there are {}", names.join(", ")),
+                [only] => format!("the scene's only one is `{only}`"),
+                names => match closest(wanted, names.iter().map(String::as_str)) {
+                    Some(name) => format!("did you mean `{name}`?"),
+                    None => format!("there are {}", names.join(", ")),
+                },
             };
             return Err(SceneError::at("--camera", SceneFault::NoSuchCamera { name: excerpt(wanted), available }));
         }

@@ -19,7 +19,7 @@ use buffer::Buffer;
 #[non_exhaustive]
 pub enum WriteError {
     /// The name ends in neither `.glb` nor `.gltf`.
-    #[error("`{name}` must end in `.glb` or `.gltf`")]
+    #[error("{name}: the file is glTF; give it a name that ends in `.glb` or `.gltf`")]
     Extension { name: String },
     /// Too much for a buffer inside JSON.
     #[error("{bytes} bytes of particles are too many for a `.gltf` file (limit {limit_bytes}): write a `.glb` file")]
