@@ -41,6 +41,9 @@ fn help_is_short_or_long_and_ends_with_examples() {
     let bench = Bench::new();
     for command in COMMANDS.into_iter().filter(|command| !matches!(*command, "help")) {
         let (short, long) = (bench.ok(&format!("{command} -h")), bench.ok(&format!("{command} --help")));
+        for help in [&short, &long] {
+            assert_says(help, &["Usage: mie-cloud", command]);
+        }
         assert!(short.lines().count() <= 60, "{command}: {} lines", short.lines().count());
         assert!(short.lines().all(|line| line.chars().count() <= 100), "{short}");
         if !matches!(command, "bench particles" | "bench effects" | "bench accuracy") {
@@ -90,6 +93,8 @@ fn shells_and_manuals_know_every_command_and_flag() {
         assert_says(&page, &[&format!(".TH {}", name.to_uppercase()), ".SH SYNOPSIS"]);
         assert_eq!(page.into_bytes(), bench.read(&format!("man1/{name}.1")));
     }
+    let pages = std::fs::read_dir(bench.path("man1")).expect("pages").count();
+    assert_eq!(pages, COMMANDS.len() - 1, "every command stands in this test's list");
     assert_says(&bench.ok("man render"), &["checkpoint\\-every"]);
     assert_says(&bench.fails(2, "man rendr"), &["did you mean `render`?"]);
     assert_says(&bench.fails(1, "man --all nowhere"), &["nowhere", "create it"]);

@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use super::bench_args::{EffectsArgs, MeasureArgs};
 use super::failure::Failure;
+use super::limits::cache_folder;
 use super::memory::MemoryLimit;
 use super::progress::Verbosity;
-use super::render::{cache_folder, in_thread_pool};
+use super::render::in_thread_pool;
 use super::scene::{load_scene, print_warnings};
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::spectrum::SpectralSampling;

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use super::args::InspectArgs;
 use super::failure::Failure;
 use super::inspect_report::{Seen, count, drawn_radii_m, lens};
+use super::job::target_and_sampling;
 use super::progress::Verbosity;
-use super::render::target_and_sampling;
 use super::scene::{load_scene, print_warnings};
-use crate::plan::{self, EffectPlan, SceneFacts};
+use crate::plan::{self, EffectPlan, SceneFacts, SeenDepths};
 use crate::scene::model::{ParticleKind, Scene};
 use crate::spectrum::SpectralSampling;
 use crate::transport::need::{Held, Need};
@@ -24,15 +24,15 @@ pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let scene = load_scene(&args.scene, None)?;
     let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
-    let facts = SceneFacts::of(&scene);
+    let (facts, depths) = (SceneFacts::of(&scene), SeenDepths::of(&scene));
     let need = need(&scene, &plan, &sampling);
     if args.json {
-        let mut json = to_json(&scene, &plan, &facts, &sampling);
+        let mut json = to_json(&scene, &plan, (&facts, &depths), &sampling);
         json["memory_bytes"] = memory_json(&need);
         writeln!(std::io::stdout().lock(), "{json:#}").map_err(Failure::other)?;
     } else {
         print_warnings(&scene.warnings, Verbosity::Normal);
-        let seen = Seen { scene: &scene, plan: &plan, facts: &facts, sampling: &sampling, need: &need, target };
+        let seen = Seen { scene: &scene, plan: &plan, depths, sampling: &sampling, need: &need, target };
         write!(std::io::stdout().lock(), "{}", seen.report()).map_err(Failure::other)?;
     }
     Ok(0)
@@ -57,7 +57,12 @@ fn memory_json(need: &Need) -> Value {
     json!({ "total": need.total(), "parts": parts })
 }
 
-fn to_json(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &SpectralSampling) -> Value {
+fn to_json(
+    scene: &Scene,
+    plan: &EffectPlan,
+    (facts, depths): (&SceneFacts, &SeenDepths),
+    sampling: &SpectralSampling,
+) -> Value {
     let decision = |d: &plan::Decision| {
         (d.effect.name().to_owned(), json!({ "on": d.on, "reason": d.reason, "estimate": d.estimate }))
     };
@@ -76,7 +81,7 @@ fn to_json(scene: &Scene, plan: &EffectPlan, facts: &SceneFacts, sampling: &Spec
             "albedo": class.albedo,
         })).collect::<Vec<_>>(),
         "optical_depth": { "across": facts.optical_depth, "deepest": facts.deepest_optical_depth,
-            "seen": facts.seen_depth, "deepest_seen": facts.deepest_seen_depth },
+            "seen": depths.mean, "deepest_seen": depths.deepest },
         "suns": scene.suns.iter().map(|sun| json!({
             "name": sun.name, "direction": sun.direction.to_array(), "lux": sun.lux, "color": sun.color,
         })).collect::<Vec<_>>(),

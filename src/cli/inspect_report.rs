@@ -1,6 +1,6 @@
 //! What `mie-cloud inspect` prints for people: a line or two about each thing, none wider than a terminal.
 
-use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SceneFacts};
+use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SeenDepths};
 use crate::scene::model::{Lens, ParticleKind, Scene};
 use crate::scene::settings::Switch;
 use crate::spectrum::SpectralSampling;
@@ -8,14 +8,14 @@ use crate::transport::need::Need;
 use crate::units::format_bytes;
 use crate::units::short::{amount, length, number, percent};
 
-use super::render::DEFAULT_SPP;
+use super::job::DEFAULT_SPP;
 use super::wrapped::beside;
 
 /// What is reported.
 pub struct Seen<'a> {
     pub scene: &'a Scene,
     pub plan: &'a EffectPlan,
-    pub facts: &'a SceneFacts,
+    pub depths: SeenDepths,
     pub sampling: &'a SpectralSampling,
     pub need: &'a Need,
     /// Relative error that is aimed at.
@@ -53,14 +53,14 @@ impl Seen<'_> {
     }
 
     fn depth(&self) -> String {
-        let facts = self.facts;
-        match facts.deepest_seen_depth {
-            _ if facts.is_empty() => "0: there are no droplets".into(),
-            0.0 => "the camera sees no droplet: does it look their way?".into(),
-            deepest => {
-                format!("about {} along the camera's rays, {} at most", number(facts.seen_depth), number(deepest))
-            }
+        let SeenDepths { mean, deepest } = self.depths;
+        if self.scene.particles.is_empty() && self.scene.fog_boxes.is_empty() {
+            return "0: there are no droplets".into();
         }
+        if deepest == 0.0 {
+            return "the camera sees no droplet: does it look their way?".into();
+        }
+        format!("about {} along the camera's rays, {} at most", number(mean), number(deepest))
     }
 
     fn air(&self) -> String {

@@ -1,5 +1,6 @@
-//! What a run takes: peak memory as the system tells it, seconds from stage to stage.
+//! What a run takes: peak memory as the system tells it, seconds from stage to stage, and where it keeps its tables.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Peak resident memory of this process, bytes; 0 where the system does not tell.
@@ -37,4 +38,11 @@ impl Stopwatch {
     pub fn total(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
+}
+
+/// Where optical tables are kept between runs: `$XDG_CACHE_HOME/mie-cloud`, or `~/.cache/mie-cloud`.
+pub fn cache_folder() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = folder("XDG_CACHE_HOME").or_else(|| folder("HOME").map(|home| home.join(".cache")));
+    base.map(|base| base.join("mie-cloud"))
 }

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 
 use super::args::MergeArgs;
+use super::claims::names_same_file;
 use super::failure::Failure;
 use super::identity::{About, difference_of_parts};
 use super::output;
-use super::render::names_same_file;
 use super::say::say;
 use crate::film::{Film, Joiner, is_whole, nodes_of};
 use crate::image::file::{Existing, check_writable};

@@ -23,36 +23,40 @@ pub enum Sizes {
     Band { r_m: f64, from_m: f64, to_m: f64 },
 }
 
+/// What is summed over.
+enum Summed<'a> {
+    /// These radii in m with their shares of the droplets, and no more.
+    Few(Vec<(f64, f64)>),
+    /// As many as it takes.
+    Divided(Division<'a>),
+}
+
 /// Sizes that are divided ever more finely.
 enum Division<'a> {
     Strata(SizeStrata<'a>),
-    Band {
-        r_m: f64,
-        wavelength_m: f64,
-        from_m: f64,
-        to_m: f64,
-    },
-    /// These radii, and no more.
-    All(Vec<(f64, f64)>),
+    Band { r_m: f64, wavelength_m: f64, from_m: f64, to_m: f64 },
 }
 
-impl<'a> Division<'a> {
+impl<'a> Summed<'a> {
     fn of(sizes: &'a Sizes, wavelength_m: f64) -> Self {
         match sizes {
-            Sizes::Radii(radii) => Self::All(shares(radii.clone())),
+            Sizes::Radii(radii) => Self::Few(shares(radii.clone())),
             Sizes::Law(law) => match law.mono_radius() {
-                Some(r_m) => Self::All(vec![(r_m, 1.0)]),
-                None => Self::Strata(SizeStrata::new(law)),
+                Some(r_m) => Self::Few(vec![(r_m, 1.0)]),
+                None => Self::Divided(Division::Strata(SizeStrata::new(law))),
             },
-            Sizes::Band { r_m, from_m, to_m } => Self::Band { r_m: *r_m, wavelength_m, from_m: *from_m, to_m: *to_m },
+            Sizes::Band { r_m, from_m, to_m } => {
+                Self::Divided(Division::Band { r_m: *r_m, wavelength_m, from_m: *from_m, to_m: *to_m })
+            }
         }
     }
+}
 
+impl Division<'_> {
     fn mean_radius_m(&self) -> f64 {
         match self {
             Self::Strata(strata) => strata.mean_radius_m(),
             Self::Band { r_m, .. } => *r_m,
-            Self::All(radii) => radii.iter().map(|(r_m, weight)| r_m * weight).sum(),
         }
     }
 
@@ -60,7 +64,6 @@ impl<'a> Division<'a> {
     fn nodes(&self, count: usize) -> Vec<(f64, f64)> {
         match self {
             Self::Strata(strata) => strata.nodes(count),
-            Self::All(radii) => radii.clone(),
             Self::Band { r_m, wavelength_m, from_m, to_m } => {
                 let step_m = (to_m - from_m) / count as f64;
                 // Middles of equal parts: what is left of fringes that fit a part averages out as it does between nodes.
@@ -185,10 +188,10 @@ impl SizeAverage {
     /// # Errors
     /// When a sphere is outside the domain of the Mie series.
     pub fn new(m: Complex64, wavelength_m: f64, sizes: &Sizes, accuracy: AverageAccuracy) -> Result<Self, MieError> {
-        let division = Division::of(sizes, wavelength_m);
-        if let Division::All(radii) = division {
-            return Self::over_radii(m, wavelength_m, radii);
-        }
+        let division = match Summed::of(sizes, wavelength_m) {
+            Summed::Few(radii) => return Self::over_radii(m, wavelength_m, radii),
+            Summed::Divided(division) => division,
+        };
         let probes = probe_angles();
         let max_radii = accuracy.max_radii_for(division.mean_radius_m() * 2.0 * PI / wavelength_m);
         let mut radii = FIRST_RADII.min(max_radii / 2).max(2);
@@ -259,10 +262,10 @@ pub fn average_cross_sections(
     accuracy: AverageAccuracy,
 ) -> Result<CrossSections, MieError> {
     let over = |radii| Ensemble::without_series(m, wavelength_m, radii).cross_sections();
-    let division = Division::of(sizes, wavelength_m);
-    if let Division::All(radii) = division {
-        return over(radii);
-    }
+    let division = match Summed::of(sizes, wavelength_m) {
+        Summed::Few(radii) => return over(radii),
+        Summed::Divided(division) => division,
+    };
     let max_radii = accuracy.max_radii_for(division.mean_radius_m() * 2.0 * PI / wavelength_m);
     let average = |radii: usize| over(division.nodes(radii));
     let mut radii = FIRST_RADII.min(max_radii / 2).max(2);

@@ -3,7 +3,6 @@
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::Scene;
-use crate::units::short::percent;
 
 /// Glow against the rest of the picture; theory (103).
 pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
@@ -17,7 +16,7 @@ pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
     let estimate = albedo * facts.glow;
     let reason =
-        format!("what droplets send into {} m of air comes to {} of what is seen", air.depth_m, percent(estimate));
+        format!("what droplets send into {} m of air comes to {:.3} % of what is seen", air.depth_m, 100.0 * estimate);
     (Some(estimate), reason)
 }
 

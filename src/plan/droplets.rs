@@ -3,7 +3,6 @@
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::Scene;
-use crate::units::short::{amount, percent};
 
 /// 1 - g of droplets that are large against the wavelength: each order turns light by so much of a turn in all directions.
 pub(super) const TURNED: f64 = 0.15;
@@ -24,13 +23,10 @@ pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
         return (Some(0.0), "there are no droplets".into());
     }
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
-    if facts.met_again == 0.0 {
-        return (Some(0.0), "no light that a droplet scatters meets another".into());
-    }
     let reason = format!(
-        "{} of what droplets scatter meets droplets again, over {} of the picture",
-        percent(facts.met_again / facts.concentration),
-        percent(1.0 / facts.concentration.powi(2))
+        "of what droplets scatter {:.3} % meets droplets again, over {:.2} % of the picture",
+        100.0 * facts.met_again / facts.concentration,
+        100.0 / facts.concentration.powi(2)
     );
     let parts = &facts.parts;
     let of_sun = albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth);

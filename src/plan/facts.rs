@@ -30,10 +30,6 @@ pub struct SceneFacts {
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
     pub deepest_optical_depth: f64,
-    /// Mean optical depth along those of the camera's rays that meet droplets; 0 where none does.
-    pub seen_depth: f64,
-    /// Largest optical depth along the camera's rays, each as wide as a cell of the coarse picture.
-    pub deepest_seen_depth: f64,
     /// Share of the light in the picture that droplets take, averaged over the picture.
     pub cover: f64,
     /// RMS of that share over its mean, at least 1: how much a change of what droplets send is worth beside a mean over the

@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
-use crate::units::short::{number, percent};
 
 pub use facts::SceneFacts;
 pub use light::Parts;

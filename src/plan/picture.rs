@@ -69,8 +69,6 @@ impl Picture {
         let over = |rms: f64, otherwise: f64| if cover > 0.0 { rms / cover } else { otherwise };
         let parts = self.parts(&scene.settings.atmosphere, &covers, [sunlit, deep, deepest]);
         SceneFacts {
-            seen_depth: mean(&met),
-            deepest_seen_depth: met.iter().copied().fold(0.0, f64::max),
             cover,
             concentration: over(rms(&covers), 1.0).max(1.0),
             met_again: over(rms(&again), -(-deep).exp_m1()),

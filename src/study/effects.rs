@@ -8,13 +8,10 @@ use serde::Serialize;
 use super::difference::Difference;
 use super::machine::Machine;
 use super::particles::Spread;
-use super::trial::{Shots, Trial};
+use super::trial::{MOST_SPP, Shots, Trial};
 use crate::plan::{Decision, SHARE_OF_TARGET};
 use crate::scene::settings::Effect;
 use crate::transport::{PrepareError, Until};
-
-/// Sampling to the target ends here.
-const MOST_SPP: u32 = 65_536;
 
 /// How the measurement is made.
 #[derive(Clone, Copy, Debug, PartialEq)]

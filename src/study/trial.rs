@@ -15,6 +15,9 @@ use crate::transport::{PrepareError, Prepared, RenderRequest, SilentProgress, Sp
 /// The picture's target where neither flag nor scene sets one: accuracy `standard`.
 pub const STANDARD_TARGET: f64 = 0.05;
 
+/// Sampling to an accuracy ends here, whatever the noise.
+pub const MOST_SPP: u32 = 65_536;
+
 /// Everything that decides about a picture but its samples.
 #[derive(Clone, Debug)]
 pub struct Trial {

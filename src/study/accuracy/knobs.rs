@@ -6,7 +6,7 @@ use crate::optics::phase_model::PhaseModel;
 use crate::plan::{EffectPlan, SceneFacts};
 use crate::scene::settings::Effect;
 use crate::spectrum::SpectralMode;
-use crate::study::trial::Trial;
+use crate::study::trial::{MOST_SPP, Trial};
 use crate::suggest::did_you_mean;
 use crate::transport::Until;
 
@@ -22,8 +22,6 @@ const FINEST_GLOW_TOLERANCE: f64 = 1e-3;
 const FINEST_STEPS: f64 = 256.0;
 /// The reference's target, from which everything else follows that has no knob.
 const FINEST_TARGET: f64 = 0.005;
-/// Sampling to a target ends here.
-const MOST_SPP: u32 = 65_536;
 
 /// Something that accuracy is bought with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 
 use super::PlotError;
 use super::axis::{Axis, log_label, logarithmic};
-use super::style::{FINE_GRID, GRID, failed, font, pt};
+use super::style::{failed, pt, ruled};
 
 /// A chart over powers of ten.
 pub type LogChart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
@@ -28,17 +28,11 @@ pub fn log_chart<'a>(
         .set_label_area_size(LabelAreaPosition::Bottom, pt(48.0))
         .build_cartesian_2d(logarithmic(x.clone(), 10), logarithmic(y.clone(), 10))
         .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID.stroke_width(pt(0.7)))
-        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
-        .axis_style(BLACK.stroke_width(pt(1.0)))
-        .label_style(font(13.0))
+    ruled(&mut chart.configure_mesh())
         .x_label_formatter(&log_label(x))
         .y_label_formatter(&log_label(y))
         .x_desc(x_title)
         .y_desc(y_title)
-        .axis_desc_style(font(15.0))
         .set_all_tick_mark_size(pt(5.0))
         .draw()
         .map_err(failed)?;

@@ -9,7 +9,7 @@ use super::PlotError;
 use super::axis::{Axis, degrees, even, log_label, log_range, logarithmic};
 use super::caption::Caption;
 use super::columns::{Column, gather};
-use super::style::{BAND, CURVE, FINE_GRID, GRID, centred, draw_svg, failed, font, pt};
+use super::style::{BAND, CURVE, GRID, centred, draw_svg, failed, font, pt, ruled};
 use crate::study::phase_curve::PhaseCurve;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -79,15 +79,9 @@ fn draw_phase(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>, y: &R
         .set_label_area_size(LabelAreaPosition::Left, pt(LEFT - EDGE))
         .build_cartesian_2d(angle_axis(), logarithmic(y.clone(), 10))
         .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID.stroke_width(pt(0.7)))
-        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
-        .axis_style(BLACK.stroke_width(pt(1.0)))
-        .y_label_style(font(13.0))
+    ruled(&mut chart.configure_mesh())
         .y_label_formatter(&log_label(y))
         .y_desc("phase function p(θ) (sr⁻¹)")
-        .axis_desc_style(font(15.0))
         .set_tick_mark_size(LabelAreaPosition::Left, pt(5.0))
         .draw()
         .map_err(failed)?;
@@ -117,17 +111,11 @@ fn draw_polarization(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>
         .set_label_area_size(LabelAreaPosition::Bottom, pt(48.0))
         .build_cartesian_2d(angle_axis(), even(-1.0..1.0, 0.5, 0.25))
         .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID.stroke_width(pt(0.7)))
-        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
-        .axis_style(BLACK.stroke_width(pt(1.0)))
-        .label_style(font(13.0))
+    ruled(&mut chart.configure_mesh())
         .x_label_formatter(&|deg| format!("{deg:.0}"))
         .y_label_formatter(&|share| if *share < 0.0 { format!("−{:.1}", -share) } else { format!("{share:.1}") })
         .x_desc("scattering angle θ (degrees)")
         .y_desc("polarisation −S₁₂/S₁₁")
-        .axis_desc_style(font(15.0))
         .set_all_tick_mark_size(pt(5.0))
         .draw()
         .map_err(failed)?;
@@ -175,10 +163,7 @@ fn draw_inset(area: &Area, curve: &PhaseCurve, y: &Range<f64>) -> Result<(), Plo
         .set_label_area_size(LabelAreaPosition::Bottom, pt(22.0))
         .build_cartesian_2d(logarithmic(from..to, 5), logarithmic(inset_y.clone(), 5))
         .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID.stroke_width(pt(0.7)))
-        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
+    ruled(&mut chart.configure_mesh())
         .axis_style(BLACK.stroke_width(pt(0.8)))
         .label_style(font(11.0))
         .x_label_formatter(&|power| degrees(*power))

@@ -3,10 +3,12 @@
 //! The drawing library places points on whole numbers. Plots are therefore drawn on a canvas that is [`FINE`] times as
 //! large as they are shown, so that curves are smooth.
 
+use plotters::chart::MeshStyle;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::PlotError;
+use super::axis::Axis;
 
 /// Canvas units per point of the picture.
 const FINE: u32 = 10;
@@ -41,6 +43,17 @@ pub fn pt(points: f64) -> u32 {
 /// Text of a size in points.
 pub fn font(points: f64) -> TextStyle<'static> {
     ("Helvetica, Arial, sans-serif", f64::from(pt(points))).into_font().color(&BLACK)
+}
+
+/// The grid, the axes and the letters of every chart.
+pub fn ruled<'m, 'a, 'b, B: DrawingBackend>(
+    mesh: &'m mut MeshStyle<'a, 'b, Axis, Axis, B>,
+) -> &'m mut MeshStyle<'a, 'b, Axis, Axis, B> {
+    mesh.bold_line_style(GRID.stroke_width(pt(0.7)))
+        .light_line_style(FINE_GRID.stroke_width(pt(0.5)))
+        .axis_style(BLACK.stroke_width(pt(1.0)))
+        .label_style(font(13.0))
+        .axis_desc_style(font(15.0))
 }
 
 /// Text that is centred on its place.
