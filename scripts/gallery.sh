@@ -25,7 +25,9 @@ for size in ((640, 360), (560, 315), (480, 270), (400, 225), (320, 180)):
     if size[0] > picture.width:
         continue
     small = picture.resize(size, Image.Resampling.LANCZOS)
-    small.quantize(256, dither=Image.Dither.FLOYDSTEINBERG).save(sys.argv[2], optimize=True)
+    # Colours are dithered where the palette is given only, and one that covers the few bright ones keeps the sun's glow smooth.
+    palette = small.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+    small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(sys.argv[2], optimize=True)
     if os.path.getsize(sys.argv[2]) < 150_000:
         break
 PYTHON
