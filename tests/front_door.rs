@@ -264,8 +264,8 @@ fn long_renders_say_how_long_they_take() {
     };
     let heard = said("--noise 0.00001", "--time-limit 60 gives");
     let last = heard.last().expect("a line");
-    assert!(last.starts_with("about ") && last.contains("noise") && last.chars().count() <= 100, "{heard:?}");
-    assert!(!said("--noise 0.00001 --time-limit 4", "rays/s").iter().any(|line| line.starts_with("about ")));
+    assert!(last.starts_with("up to about ") && last.contains("noise") && last.chars().count() <= 100, "{heard:?}");
+    assert!(!said("--noise 0.00001 --time-limit 4", "rays/s").iter().any(|line| line.contains("gives about")));
 }
 
 #[test]

@@ -55,12 +55,13 @@ impl SoFar {
             Until::Samples(n) => {
                 format!("about {left} to {n} spp, with {} noise then; {}", percent(noise), self.instead())
             }
-            // The end is where the noise is what was asked for, or where there are as many samples as may be.
+            // The end is where the noise is what was asked for, or where there are as many samples as may be; before samples go
+            // where the noise is, it looks farther away than it is.
             Until::Noise { target, .. } if noise < 2.0 * target => {
-                format!("about {left} to {} noise; {}", percent(target), self.instead())
+                format!("up to about {left} to {} noise; {}", percent(target), self.instead())
             }
             Until::Noise { target, at_most } => format!(
-                "about {left} to {at_most} spp, with {} noise then, not {}; {}",
+                "up to about {left} to {at_most} spp, with {} noise then, not {}; {}",
                 percent(noise),
                 percent(target),
                 self.instead()
@@ -90,7 +91,7 @@ mod tests {
     #[test]
     fn long_renders_are_foretold_with_what_to_do() {
         let said = known().foretold(TO_FIVE_PERCENT);
-        assert_eq!(said.as_deref(), Some("about 16 min to 5 % noise; --time-limit 60 gives about 20 %"));
+        assert_eq!(said.as_deref(), Some("up to about 16 min to 5 % noise; --time-limit 60 gives about 20 %"));
         let said = SoFar { expected: 64_000, ..known() }.foretold(Until::Samples(64));
         assert_eq!(
             said.as_deref(),
@@ -105,7 +106,7 @@ mod tests {
     fn what_will_not_be_reached_is_not_promised() {
         let until = Until::Noise { target: 0.005, at_most: 400 };
         let said = known().foretold(until).expect("it is long");
-        assert!(said.starts_with("about 16 min to 400 spp, with 5 % noise then, not 0.5 %;"), "{said}");
+        assert!(said.starts_with("up to about 16 min to 400 spp, with 5 % noise then, not 0.5 %;"), "{said}");
     }
 
     #[test]
