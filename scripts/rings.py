@@ -137,7 +137,7 @@ def measure(program, name, folder):
     outer = max(ring[2] for ring in SCENES[name]) + 2 * pixel
     edges = np.arange(0.0, outer + pixel, pixel)
     middles = 0.5 * (edges[1:] + edges[:-1])
-    step = pixel / 2
+    step = pixel / 4
     distribution = scene["scenes"][0]["extras"]["mie_cloud"]["droplets"]["distribution"]
     span = (0.0, outer, step) if name == "corona" else (180.0 - outer, 180.0, step)
     angles, expected = theory(program, distribution, span)

@@ -203,6 +203,7 @@ fn what_inspect_says_fits_a_terminal() {
         assert!(said.lines().skip(1).all(|line| line.chars().count() <= 80), "{said}");
         assert_says(&said, &["depth       about ", "picture     ", "  on  absorption", "  off "]);
     }
+    assert_says(&bench.ok(&format!("inspect {}", scenes[5])), &["water, radii 280 um to 1 mm, phase mie"]);
     // A camera that looks away.
     bench.ok("generate -o behind.glb --count 3 --camera-position 0m,0m,9m --look-at 0m,0m,20m --size 2m -q");
     assert_says(&bench.ok("inspect behind.glb"), &["the camera sees no droplet"]);

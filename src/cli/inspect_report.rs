@@ -1,7 +1,7 @@
 //! What `mie-cloud inspect` prints for people: a line or two about each thing, none wider than a terminal.
 
 use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SeenDepths};
-use crate::scene::model::{Lens, ParticleKind, Scene};
+use crate::scene::model::{Lens, Particle, ParticleKind, Scene};
 use crate::scene::settings::Switch;
 use crate::spectrum::SpectralSampling;
 use crate::transport::need::Need;
@@ -28,8 +28,7 @@ impl Seen<'_> {
         let scene = self.scene;
         let mut lines = vec![("particles", particles(scene))];
         lines.extend(drawn_radii_m(scene).map(|radii_m| ("radii", radii(radii_m))));
-        let class = |class: &_| ("droplets", droplets(class));
-        lines.extend(scene.classes.iter().map(class));
+        lines.extend((0..scene.classes.len()).map(|class| ("droplets", droplets(scene, class))));
         lines.push(("depth", self.depth()));
         for sun in &scene.suns {
             lines.push((
@@ -102,9 +101,37 @@ fn particles(scene: &Scene) -> String {
     if some.is_empty() { "none".into() } else { some.join(", ") }
 }
 
-fn droplets(class: &crate::optics::DropletClass) -> String {
-    let albedo = class.albedo.map_or(String::new(), |albedo| format!(", albedo {albedo}"));
-    format!("{}, {}, phase {}{albedo}", class.material, class.distribution, class.phase)
+/// Material, sizes and phase model of a class of droplets.
+fn droplets(scene: &Scene, class: usize) -> String {
+    let described = &scene.classes[class];
+    let albedo = described.albedo.map_or(String::new(), |albedo| format!(", albedo {albedo}"));
+    let sizes = sizes(scene, class).unwrap_or_else(|| described.distribution.to_string());
+    format!("{}, {sizes}, phase {}{albedo}", described.material, described.phase)
+}
+
+/// The droplets' own radii, where some have radii of their own; others have those of the class's distribution.
+fn sizes(scene: &Scene, class: usize) -> Option<String> {
+    let of_particle = |particle: &Particle| match (particle.droplet_radius_m, particle.kind) {
+        (own_m, _) if own_m > 0.0 => Some(f64::from(own_m)),
+        (_, ParticleKind::Droplet) => Some(f64::from(particle.radius_m)),
+        (_, ParticleKind::Parcel) => None,
+    };
+    let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == class).map(of_particle);
+    let boxes = scene.fog_boxes.iter().filter(|fog| usize::from(fog.class) == class).map(|fog| fog.droplet_radius_m);
+    let (mut own, mut by_law) = (None, false);
+    for radius_m in particles.chain(boxes) {
+        match (radius_m, own) {
+            (None, _) => by_law = true,
+            (Some(r_m), None) => own = Some((r_m, r_m)),
+            (Some(r_m), Some((least, most))) => own = Some((r_m.min(least), r_m.max(most))),
+        }
+    }
+    let (least, most) = own?;
+    let own = match [least, most].map(length) {
+        [least, most] if least == most => format!("radius {least}"),
+        [least, most] => format!("radii {least} to {most}"),
+    };
+    Some(if by_law { format!("{own} and {}", scene.classes[class].distribution) } else { own })
 }
 
 fn radii((least, most): (f32, f32)) -> String {
