@@ -79,7 +79,7 @@ fn outputs_that_cannot_be_are_refused_before_any_work() {
     for flags in ["-o a.png", "-o a.JPG"] {
         assert_says(&bench.fails(2, &format!("render missing.gltf {flags}")), &["OpenEXR", "a.exr", "--preview"]);
     }
-    let said = bench.fails(2, "render cloud.glb -o a.exr --preview ./a.exr");
+    let said = bench.fails(2, "render cloud.glb -o picture --preview ./picture");
     assert_says(&said, &["--output", "--preview", "a file of its own"]);
     assert_says(&bench.fails(2, "render cloud.glb -o cloud.glb"), &["the scene itself"]);
     assert_eq!(bench.files().keys().collect::<Vec<_>>(), ["cloud.glb"]);
@@ -251,7 +251,7 @@ fn limits_of_files_end_with_1_and_keep_the_old_file() {
     let render = "render cloud.glb -q --spp 1 --resolution 64x64";
     let cases = [
         (format!("{render} -o a.exr"), "a.exr"),
-        (format!("{render} -o /dev/null --preview a.exr"), "a.exr"),
+        (format!("{render} -o /dev/null --preview a.png"), "a.png"),
         (format!("{render} -o /dev/null --checkpoint a.exr --resume a.exr"), "a.exr"),
         ("render cloud.glb -q --samples 4..8 --resolution 64x64 -o a.exr".into(), "a.exr"),
         ("merge part.exr -o a.exr".into(), "a.exr"),

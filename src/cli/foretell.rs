@@ -60,12 +60,9 @@ impl SoFar {
             Until::Noise { target, .. } if noise < 2.0 * target => {
                 format!("up to about {left} to {} noise; {}", percent(target), self.instead())
             }
-            Until::Noise { target, at_most } => format!(
-                "up to about {left} to {at_most} spp, with {} noise then, not {}; {}",
-                percent(noise),
-                percent(target),
-                self.instead()
-            ),
+            Until::Noise { at_most, .. } => {
+                format!("up to about {left} to {at_most} spp ({} noise); {}", percent(noise), self.instead())
+            }
         })
     }
 
@@ -106,7 +103,7 @@ mod tests {
     fn what_will_not_be_reached_is_not_promised() {
         let until = Until::Noise { target: 0.005, at_most: 400 };
         let said = known().foretold(until).expect("it is long");
-        assert!(said.starts_with("up to about 16 min to 400 spp, with 5 % noise then, not 0.5 %;"), "{said}");
+        assert!(said.starts_with("up to about 16 min to 400 spp (5 % noise);"), "{said}");
     }
 
     #[test]
