@@ -257,7 +257,7 @@ fn limits_of_files_end_with_1_and_keep_the_old_file() {
         ("merge part.exr -o a.exr".into(), "a.exr"),
         ("generate -o a.exr.glb --count 1e5 --size 2m".into(), "a.exr.glb"),
         ("mie --radius 1um --angles 0:180:0.1 -o a.exr".into(), "a.exr"),
-        ("mie --radius 1um --plot a.exr".into(), "a.exr"),
+        ("mie --radius 1um --plot a.svg".into(), "a.svg"),
     ];
     bench.ok(&format!("{render} -o first.exr --checkpoint c"));
     for (line, name) in cases {
