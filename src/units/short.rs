@@ -22,7 +22,7 @@ pub fn number(value: f64) -> String {
 /// ```
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
-        p if p == 0.0 => "0 %".into(),
+        0.0 => "0 %".into(),
         p if p.abs() < 1e-3 => "<0.001 %".into(),
         p if p > 1000.0 => ">1000 %".into(),
         p if p.abs() < 9.95 => {
