@@ -7,6 +7,7 @@ mod facts;
 mod light;
 mod phase_bounds;
 mod picture;
+mod seen;
 mod shade;
 mod sources;
 mod surroundings;
@@ -19,6 +20,7 @@ use crate::scene::settings::{Effect, Switch};
 
 pub use facts::SceneFacts;
 pub use light::Parts;
+pub use seen::SeenDepths;
 
 /// What the inner loops need to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
