@@ -335,7 +335,8 @@ fn files_appear_whole_and_outputs_are_checked_first() {
         let text = complaint(&["--radius", "1um", flag, &path("none/a.svg")], 1);
         assert!(text.contains("does not exist"), "{text}");
     }
-    assert!(complaint(&["--radius", "1um", "-o", &file, "--plot", &file], 2).contains("same file"));
+    let both = path("both.svg");
+    assert!(complaint(&["--radius", "1um", "-o", &both, "--plot", &both], 2).contains("same file"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 

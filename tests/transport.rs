@@ -155,6 +155,31 @@ fn fog_shades_the_air_behind_it() {
     assert_eq!(mean_of(&render_scene(scene, 4, 1), "airlight.G"), 0.0);
 }
 
+/// Rationale: where shade begins inside a step, the step is noise and no bias. Set-up: a ray through air whose far part, a half-space, lies
+/// under a lid that lets a tenth of the sunlight through; steps longer than the lit part and shorter. Expected: the two parts'
+/// integrals, within four errors of 2 % at most.
+#[test]
+fn a_shaded_half_space_is_the_analytic_integral_whatever_the_step() {
+    let (scattering, absorption, depth_m, lit_m, through) = (0.3, 0.2, 4.0, 1.3, 0.1f64);
+    let extinction: f64 = scattering + absorption;
+    let until = |s: f64| -(-extinction * s).exp_m1() / extinction;
+    let expected = scattering / (4.0 * PI) * (until(lit_m) + through * (until(depth_m) - until(lit_m)));
+    for step_m in [4.0, 1.0, 0.1] {
+        let mut scene = empty_scene();
+        with_air(&mut scene, scattering, absorption, depth_m, step_m);
+        scene.settings.effects.insert(Effect::AirMultiple, Switch::Off);
+        scene.suns = vec![sun(DVec3::NEG_Y)];
+        scene.camera = orthographic(DVec3::ZERO, 1e-9);
+        let lid = DVec3::new(0.0, 5.0, -lit_m - 50.0);
+        scene.fog_boxes = vec![fog_box(lid, DVec3::new(50.0, 0.5, 50.0), -through.ln())];
+        let outcome = render_scene(scene, 400, 12);
+        let mean = mean_of(&outcome, "airlight.G");
+        let error = mean_and_error(&outcome).1;
+        assert!((mean / expected - 1.0).abs() < 4.0 * error / mean + 1e-6, "{step_m}: {mean} +- {error}, {expected}");
+        assert!(error < 0.02 * expected, "{step_m}: {error} of {expected}");
+    }
+}
+
 #[test]
 fn the_background_shines_through_in_every_mode() {
     let modes = [
