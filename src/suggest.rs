@@ -2,7 +2,7 @@
 
 /// The candidate nearest to `word`, when it is near enough to be a slip of the pen.
 ///
-/// Near means at most a third of the letters differ (at least one slip is always allowed).
+/// Near means at most a third of the letters differ (at least one slip is always allowed), and not all.
 ///
 /// ```
 /// use mie_cloud::suggest::closest;
@@ -11,7 +11,8 @@
 /// ```
 pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_lowercase();
-    let allowed = (word.chars().count() / 3).max(1);
+    let letters = word.chars().count();
+    let allowed = (letters / 3).max(1).min(letters.saturating_sub(1));
     let ranked = candidates.into_iter().map(|candidate| (edit_distance(&word, candidate), candidate));
     ranked.filter(|(distance, _)| *distance <= allowed).min_by_key(|(distance, _)| *distance).map(|(_, word)| word)
 }
@@ -51,5 +52,7 @@ mod tests {
         assert_eq!(edit_distance("", "abc"), 3);
         assert_eq!(closest("ref", ["reff", "veff"]), Some("reff"));
         assert_eq!(did_you_mean("sphere", ["rmin"]), "");
+        assert_eq!(closest("c", ["a", "b"]), None);
+        assert_eq!(closest("", ["a"]), None);
     }
 }
