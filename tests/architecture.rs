@@ -12,7 +12,7 @@ const MAY_USE: [(&str, &[&str]); 15] = [
     ("mie", &[]),
     ("optics", &["excerpt", "mie", "spectrum", "units", "suggest", "warning"]),
     ("scene", &["excerpt", "units", "optics", "spectrum", "suggest", "warning"]),
-    ("plan", &["scene", "optics", "spectrum"]),
+    ("plan", &["scene", "optics", "spectrum", "units"]),
     ("accel", &[]),
     ("film", &[]),
     ("image", &[]),

@@ -3,6 +3,7 @@
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::Scene;
+use crate::units::short::{length, number, percent};
 
 /// Glow against the rest of the picture; theory (103).
 pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
@@ -15,8 +16,11 @@ pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
     }
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
     let estimate = albedo * facts.glow;
-    let reason =
-        format!("what droplets send into {} m of air comes to {:.3} % of what is seen", air.depth_m, 100.0 * estimate);
+    let reason = format!(
+        "what droplets send into {} of air comes to {} of what is seen",
+        length(air.depth_m),
+        percent(estimate)
+    );
     (Some(estimate), reason)
 }
 
@@ -27,7 +31,7 @@ pub(super) fn airlight(scene: &Scene, facts: &SceneFacts) -> Estimate {
         return (Some(0.0), "atmosphere.sunlight is off".into());
     }
     let depth = air.scattering_per_m * air.depth_m;
-    (facts.parts.relative(facts.parts.air_rms), format!("the air's scattering optical depth is {depth:.3}"))
+    (facts.parts.relative(facts.parts.air_rms), format!("the air's scattering optical depth is {}", number(depth)))
 }
 
 /// Light that the air scatters between other scatterings, against the rest of the picture; theory (104).
@@ -42,7 +46,7 @@ pub(super) fn air_multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     }
     let depth = air.scattering_per_m * air.depth_m;
     let (by_air, again, parts) = (-(-depth).exp_m1(), depth.exp_m1(), &facts.parts);
-    let reason = format!("the air scatters {:.2} % of what crosses its {} m again", 100.0 * by_air, air.depth_m);
+    let reason = format!("the air scatters {} of what crosses its {} again", percent(by_air), length(air.depth_m));
     if scene.settings.background.image.is_some() {
         return (Some(again.max(facts.glow)), reason);
     }

@@ -3,6 +3,7 @@
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::Scene;
+use crate::units::short::{number, percent};
 
 /// 1 - g of droplets that are large against the wavelength: each order turns light by so much of a turn in all directions.
 pub(super) const TURNED: f64 = 0.15;
@@ -14,7 +15,7 @@ pub(super) fn direct(facts: &SceneFacts) -> Estimate {
     }
     let parts = &facts.parts;
     let most = parts.droplets_rms / parts.surroundings_least;
-    (most.is_finite().then_some(most), format!("optical depth about {:.3}", facts.optical_depth))
+    (most.is_finite().then_some(most), format!("optical depth about {}", number(facts.optical_depth)))
 }
 
 /// Light that droplets scatter meets droplets again, theory (101), as does what they scatter of the background.
@@ -24,9 +25,9 @@ pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     }
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
     let reason = format!(
-        "of what droplets scatter {:.3} % meets droplets again, over {:.2} % of the picture",
-        100.0 * facts.met_again / facts.concentration,
-        100.0 / facts.concentration.powi(2)
+        "of what droplets scatter {} meets droplets again, over {} of the picture",
+        percent(facts.met_again / facts.concentration),
+        percent(facts.concentration.powi(-2))
     );
     let parts = &facts.parts;
     let of_sun = albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth);
@@ -48,10 +49,10 @@ pub(super) fn shadows(facts: &SceneFacts) -> Estimate {
     let orders = 1.0 + facts.sunward_depth;
     let on_droplets = orders * facts.concentration * (1.0 / facts.sunlit.max(f64::MIN_POSITIVE) - 1.0);
     let air = match parts.air_rms > 0.0 {
-        true => format!(", and {:.2} % of what lights the air", 100.0 * parts.shade_rms / parts.air_rms),
+        true => format!(", and {} of what lights the air", percent(parts.shade_rms / parts.air_rms)),
         false => String::new(),
     };
-    let reason = format!("droplets take {:.3} % of each other's sunlight{air}", 100.0 * (1.0 - facts.sunlit));
+    let reason = format!("droplets take {} of each other's sunlight{air}", percent(1.0 - facts.sunlit));
     let estimate = parts.relative(parts.shade_rms).map(|share| share + on_droplets * parts.droplets_share());
     (estimate, reason)
 }
@@ -69,6 +70,6 @@ pub(super) fn refraction(facts: &SceneFacts) -> Estimate {
     let behind = facts.parts.relative(covered.sqrt() * facts.parts.background_rms);
     (
         behind.map(|share| share + own),
-        format!("{n} {droplets} of glass, in their own outlines, cover about {covered:.3} of the picture"),
+        format!("{n} {droplets} of glass, in their own outlines, cover about {} of the picture", percent(covered)),
     )
 }

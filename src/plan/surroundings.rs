@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::{Lens, Scene, Sun};
+use crate::units::short::percent;
 
 /// Whether anything lies behind. How bright that is beside what the sun lights is not known before a render: a fog may send the
 /// camera a hundredth of what a white wall would. A background costs no time, so one that is not black is always shown.
@@ -52,11 +53,12 @@ pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let Some(shafts) = facts.parts.relative(facts.parts.shade_rms * softened) else {
         return (None, format!("a disc of {largest_deg} degrees softens the edges of shafts of light"));
     };
-    let soft = if shafts > 0.0 { format!(", shafts of light by {shafts:.4}") } else { String::new() };
+    let soft = if shafts > 0.0 { format!(", shafts of light by {}", percent(shafts)) } else { String::new() };
     if wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= PEAK / x.max(1.0)) {
         let peak = blurred(1.0 / x) * bright;
         let reason = format!(
-            "a disc of {largest_deg} degrees is near the picture, and lowers the peaks of droplets of size parameter {x:.0} by {peak:.3}"
+            "a disc of {largest_deg} degrees is near the picture, and lowers the peaks of droplets of size parameter {x:.0} by {}",
+            percent(peak)
         );
         return (Some(peak.hypot(shafts)), reason + &soft);
     }
@@ -66,7 +68,9 @@ pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let rings = (PI * (RINGS / x.max(1.0)).powi(2) / picture_sr(scene)).min(1.0);
     let glory = if sees_glory { RING_CONTRAST * blurred(1.0 / x) * rings.sqrt() * share } else { 0.0 };
     let reason = format!(
-        "a disc of {largest_deg} degrees blurs {what} of droplets of size parameter {x:.0} by {bows:.4}, glories by {glory:.4}"
+        "a disc of {largest_deg} degrees blurs {what} of droplets of size parameter {x:.0} by {}, glories by {}",
+        percent(bows),
+        percent(glory)
     );
     (Some(bows.hypot(glory).hypot(shafts)), reason + &soft)
 }
