@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the fuzzers one after the other for so many minutes each, and prints what they did:
 #   fuzz/run.sh MINUTES [TARGET...]
-# At the lowest priority, unless NICE says otherwise. Crashes are left in fuzz/artifacts/TARGET, what was said in fuzz/logs/TARGET.log. It fails where there are crashes.
+# At the lowest priority, unless NICE says otherwise; the minutes of the table are those of the processor, in all runs so far. Crashes are left in fuzz/artifacts/TARGET, what was said in fuzz/logs/TARGET.log. It fails where there are crashes.
 set -euo pipefail
 cd "$(dirname "$0")"
 minutes=${1:?usage: fuzz/run.sh MINUTES [TARGET...]}
@@ -25,10 +25,10 @@ for target in "${targets[@]}"; do
     # Memory is limited as the readers promise, with what the address sanitizer adds; a slow file is a finding.
     while [ $((SECONDS - begun)) -lt "$seconds" ]; do
         before=$SECONDS
-        nice -n "${NICE:-19}" "$binaries/$target" -dict="dict/$target.dict" -artifact_prefix="artifacts/$target/" -max_len=16384 \
+        TIMEFORMAT='spent: %U s'
+        { time nice -n "${NICE:-19}" "$binaries/$target" -dict="dict/$target.dict" -artifact_prefix="artifacts/$target/" -max_len=16384 \
             -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=512 -max_total_time=$((seconds - SECONDS + begun)) \
-            -print_final_stats=1 -close_fd_mask=1 "corpus/$target" >> "$log" 2>&1 || true
-        echo "spent: $((SECONDS - before)) s" >> "$log"
+            -print_final_stats=1 -close_fd_mask=1 "corpus/$target" >> "$log" 2>&1 || true; } 2>> "$log"
         # One that cannot even start ends the loop.
         [ $((SECONDS - before)) -ge 2 ] || break
     done

@@ -30,13 +30,17 @@ fn effects_are_measured_and_the_plan_is_judged() {
     assert!((0.999..1.2).contains(&rms(background, "change")), "{background}");
     assert!((background["change"]["bias"].as_f64().expect("a bias") + 1.0).abs() < 0.01, "{background}");
     assert_eq!(row(&report, "effect", "multiple")["verdict"], "by_hand");
+    // It has no rays of its own; paths do.
+    assert!(background["predicted_share"].is_null() && background["time_share"].is_null(), "{background}");
+    let told = row(&report, "effect", "multiple")["predicted_share"].as_f64().expect("a share");
+    assert!((0.0..1.0).contains(&told) && told > 0.0, "{told}");
     let refraction = row(&report, "effect", "refraction");
     assert_eq!((&refraction["verdict"], rms(refraction, "change")), (&Value::from("rightly_off"), 0.0));
     assert!(report["same_samples"]["ratio"]["median"].as_f64().is_some_and(|ratio| ratio > 0.0));
     assert!(report["to_target"]["planned_spp"].as_u64().is_some_and(|spp| spp > 0), "{}", report["to_target"]);
     let csv = text(&bench.read("e.csv"));
     assert_eq!(csv.lines().count(), 12, "{csv}");
-    assert!(csv.lines().all(|line| line.split(',').count() == 13), "{csv}");
+    assert!(csv.lines().all(|line| line.split(',').count() == 15), "{csv}");
 }
 
 /// Noise falls like one over the root of the samples, a wrong phase function is a bias, and what cannot matter is said.

@@ -67,7 +67,7 @@ fn light_that_has_fallen_by_a_million_is_found() {
         let (x, y) = travel.any_orthonormal_pair();
         scene.camera = orthographic(travel * 10.0, 0.01);
         scene.camera.world_from_camera = DMat3::from_cols(x, y, travel);
-        let (mean, error) = mean_and_error(&render_scene(scene, 300, 5));
+        let (mean, error) = mean_and_error(&render_scene(scene, 500, 5));
         eprintln!("{mean:.4e} {error:.2e} {expected}");
         assert!((mean - expected).abs() < 4.0 * error, "{mean} +- {error}, {expected}");
         assert!(error < 0.04 * expected, "{error} of {expected}");

@@ -119,3 +119,38 @@ fn shadows_of_a_disc_have_soft_edges() {
     assert_eq!(dark, 0.0);
     assert!((half / bright - 0.5).abs() < 0.02, "{half} of {bright}");
 }
+
+/// Rationale: what a disc of a part of a pixel sends is known as well as that of a large one. Set-up: the sun's own disc (0.533 degrees) in
+/// pixels of several degrees: in the middle of one, on a corner of four, near the corner of a wide view, half out of the picture; without and behind
+/// fog. Expected: its irradiance (half of it at the edge) times the fog's transmittance, from few samples.
+#[test]
+fn a_small_disc_is_found_by_every_sample() {
+    for (fov_deg, x, y, tau, share) in [
+        (90.0f64, 0.03, 0.03, 0.0, 1.0),
+        (90.0, 0.0, 0.0, 0.0, 1.0),
+        (90.0, 0.91, -0.85, 0.0, 1.0),
+        (90.0, 1.0, 0.2, 0.0, 0.5),
+        (60.0, 0.1, 0.2, 2.0, 1.0),
+    ] {
+        let mut scene = toward_the_sun(fov_deg);
+        let half = (0.5 * fov_deg.to_radians()).tan();
+        scene.suns = vec![sun(-DVec3::new(x * half, y * half, -1.0).normalize())];
+        scene.suns[0].angular_diameter_deg = Some(0.533);
+        if tau > 0.0 {
+            // A wide layer across the view, half of it before the middle.
+            let slant = (1.0 + (x * x + y * y) * half * half).sqrt();
+            scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::new(100.0, 100.0, 1.0), 0.5 * tau / slant)];
+        }
+        let picture = channels(&render_scene(scene, 32, 1));
+        let expected = share * (-tau).exp();
+        let sent = flux(&picture, "background.G", fov_deg);
+        // Some percent per sample and pixel; the slant of the outermost pixels is not that of their middles.
+        assert!((sent / expected - 1.0).abs() < 0.015, "{fov_deg} {x} {y} {tau}: {sent} against {expected}");
+        let noise = channel_sum(&picture["stderr.G"]) / channel_sum(&picture["G"]);
+        assert!(noise < 0.03, "{noise}");
+    }
+}
+
+fn channel_sum(values: &[f32]) -> f64 {
+    values.iter().map(|value| f64::from(*value)).sum()
+}

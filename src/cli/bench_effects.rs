@@ -98,16 +98,16 @@ pub fn write_json(path: &Option<PathBuf>, report: &impl Serialize) -> Result<(),
     write_atomically(path, Existing::Replace, |out| writeln!(out, "{text}")).map_err(Failure::other)
 }
 
-const TITLES: [&str; 7] = ["effect", "plan", "estimate", "change", "CPU s on", "CPU s off", "verdict"];
-const WIDTHS: [usize; 7] = [12, 4, 9, 20, 9, 9, 17];
+const TITLES: [&str; 8] = ["effect", "plan", "estimate", "change", "CPU s on", "CPU s off", "time (told)", "verdict"];
+const WIDTHS: [usize; 8] = [12, 4, 9, 20, 9, 9, 11, 17];
 
-fn line(cells: &[String; 7]) -> String {
+fn line(cells: &[String; 8]) -> String {
     let [name, numbers @ .., verdict] = cells;
     let numbers: Vec<String> = numbers.iter().zip(&WIDTHS[1..]).map(|(cell, w)| format!("{cell:>w$}")).collect();
     format!("{name:<12}  {}  {verdict}", numbers.join("  "))
 }
 
-fn cells(row: &Row) -> [String; 7] {
+fn cells(row: &Row) -> [String; 8] {
     let estimate = row.estimate.map_or("none".into(), |estimate| format!("{:.3} %", 100.0 * estimate));
     let beyond = if row.within_estimate == Some(false) { ", beyond the estimate" } else { "" };
     [
@@ -117,8 +117,17 @@ fn cells(row: &Row) -> [String; 7] {
         row.change.as_ref().map_or("no picture".into(), percent),
         format!("{:.3}", row.cpu_on_s),
         format!("{:.3}", row.cpu_off_s),
+        time_shares(row),
         format!("{}{beyond}", row.verdict),
     ]
+}
+
+/// Share of the time that it took, and that was told, percent.
+fn time_shares(row: &Row) -> String {
+    match (row.time_share, row.predicted_share) {
+        (Some(took), Some(told)) => format!("{:.0} ({:.0}) %", 100.0 * took.max(0.0), 100.0 * told),
+        _ => String::new(),
+    }
 }
 
 /// A difference with its error: `1.23 +- 0.04 %`; below its noise, what it is at most.
@@ -142,7 +151,8 @@ fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     writeln!(
         out,
         "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({:.2} % \
-         each); CPU s: processor seconds of tree and one picture, without tables. The plan leaves out what changes less than {:.3} %, a \
+         each); CPU s: processor seconds of tree and one picture, without tables; time: share of it that the effect \
+         takes, every estimator asked once per sample, and that the plan told. The plan leaves out what changes less than {:.3} %, a \
          tenth of the target of {} %.",
         report.spp,
         100.0 * report.noise,
@@ -186,14 +196,15 @@ fn ratio(race: &Race) -> String {
 fn write_csv(report: &Report, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
-        "effect,planned,estimate,change,change_error,bias,bias_error,cpu_on_s,cpu_off_s,wall_on_s,wall_off_s,verdict,within_estimate"
+        "effect,planned,estimate,change,change_error,bias,bias_error,cpu_on_s,cpu_off_s,wall_on_s,wall_off_s,verdict,within_estimate,\
+         time_share,predicted_share"
     )?;
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.6e}"));
     for row in &report.rows {
         let of = |value: &dyn Fn(&Difference) -> f64| number(row.change.as_ref().map(value));
         writeln!(
             out,
-            "{},{},{},{},{},{},{},{:.4},{:.4},{:.4},{:.4},{},{}",
+            "{},{},{},{},{},{},{},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
             row.effect,
             if row.planned { "on" } else { "off" },
             number(row.estimate),
@@ -207,6 +218,8 @@ fn write_csv(report: &Report, out: &mut dyn Write) -> std::io::Result<()> {
             row.wall_off_s,
             row.verdict,
             row.within_estimate.map_or("", |within| if within { "yes" } else { "no" }),
+            number(row.time_share),
+            number(row.predicted_share),
         )?;
     }
     Ok(())

@@ -64,7 +64,10 @@ fn to_json(
     sampling: &SpectralSampling,
 ) -> Value {
     let decision = |d: &plan::Decision| {
-        (d.effect.name().to_owned(), json!({ "on": d.on, "reason": d.reason, "estimate": d.estimate }))
+        (
+            d.effect.name().to_owned(),
+            json!({ "on": d.on, "reason": d.reason, "estimate": d.estimate, "time_share": d.time_share }),
+        )
     };
     json!({
         "version": env!("CARGO_PKG_VERSION"),

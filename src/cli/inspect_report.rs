@@ -82,7 +82,10 @@ impl Seen<'_> {
 
     fn effects(&self) -> String {
         let least = percent(SHARE_OF_TARGET * self.target);
-        let head = format!("on if they may change the picture by more than {least}; here by about");
+        let head = format!(
+            "on if they may change the picture by more than {least}; below, by how much they may at most, and what share of \
+             the time they take"
+        );
         let lines: String = self.plan.decisions.iter().map(effect).collect();
         beside("effects     ", &head) + &lines
     }
@@ -146,7 +149,12 @@ fn effect(decision: &Decision) -> String {
         Some(estimate) if decision.switch != Switch::Auto || estimate > 0.0 => percent(estimate),
         _ => String::new(),
     };
-    beside(&format!("  {state:<4}{:<13}{estimate:>8}  ", decision.effect.name()), &decision.reason)
+    // Of what is off, the share that it would take.
+    let time = match decision.time_share {
+        Some(share) if share >= 0.005 => format!("{:.0} %", 100.0 * share),
+        _ => String::new(),
+    };
+    beside(&format!("  {state:<4}{:<13}{estimate:>8} {time:>5}  ", decision.effect.name()), &decision.reason)
 }
 
 fn vector(v: glam::DVec3) -> String {

@@ -8,7 +8,7 @@ use super::failure::Failure;
 use crate::image::file::{Existing, write_atomically};
 use crate::plan::EffectPlan;
 use crate::scene::settings::Effect;
-use crate::transport::{ErrorEstimate, ErrorPart, Prepared, RenderOutcome, RenderRequest};
+use crate::transport::{ErrorEstimate, ErrorPart, Prepared, Rates, RenderOutcome, RenderRequest};
 use crate::units::short::amount;
 use crate::warning::Warning;
 
@@ -67,6 +67,7 @@ impl Stats<'_> {
             "seed": request.seed,
             "threads": rayon::current_num_threads(),
             "effects": self.effects(),
+            "asked_per_sample": self.asked_per_sample(),
             "seconds": {
                 "load": seconds.load, "bvh": seconds.bvh, "tables": seconds.tables,
                 "render": seconds.render, "write": seconds.write, "total": seconds.total,
@@ -101,12 +102,17 @@ impl Stats<'_> {
         }
     }
 
+    fn asked_per_sample(&self) -> Value {
+        self.prepared.rates.per_sample().map(|(name, times)| (name.to_owned(), json!(times))).into_iter().collect()
+    }
+
     /// One loop simulates all effects together, so their seconds are not known apart: null.
     fn effects(&self) -> Value {
         let one = |(effect, name): &(Effect, &str)| {
             let decision = self.plan.decisions.iter().find(|decision| decision.effect == *effect)?;
             let value = json!({
-                "on": decision.on, "reason": decision.reason, "estimate": decision.estimate, "seconds": null,
+                "on": decision.on, "reason": decision.reason, "estimate": decision.estimate,
+                "time_share": decision.time_share, "seconds": null,
             });
             Some(((*name).to_owned(), value))
         };
@@ -125,8 +131,9 @@ impl Stats<'_> {
             0 => String::new(),
             n => format!(" and {}", amount(n, "fog box", "fog boxes")),
         };
+        let asked = asked(self.prepared.rates);
         format!(
-            "{}: {width}x{height}, {} spp, noise {noise}\n{error}\
+            "{}: {width}x{height}, {} spp, noise {noise}\n{error}{asked}\
              {}{boxes} in {}, {}\n\
              peak memory {:.0} MiB; tables {:.1}, geometry {:.1}, tree {:.1}\n\
              time: {:.2} s; load {:.2}, tables {:.2}, tree {:.2}, render {:.2}, write {:.2}\n\
@@ -149,4 +156,16 @@ impl Stats<'_> {
             self.rays_per_second() * 1e-6,
         )
     }
+}
+
+/// A line about what is asked less or more often than once per sample; nothing where all is asked once.
+fn asked(rates: Rates) -> String {
+    let uneven = rates.per_sample().into_iter().filter(|(_, times)| *times != 1.0);
+    let words: Vec<String> = uneven
+        .map(|(name, times)| match times < 1.0 {
+            true => format!("{name} 1/{}", 1.0 / times),
+            false => format!("{name} {times}"),
+        })
+        .collect();
+    if words.is_empty() { String::new() } else { format!("asked per sample: {}\n", words.join("; ")) }
 }

@@ -32,6 +32,8 @@ pub struct SceneFacts {
     pub deepest_optical_depth: f64,
     /// Share of the light in the picture that droplets take, averaged over the picture.
     pub cover: f64,
+    /// Collisions of a path with droplets, averaged over the picture (theory (145)).
+    pub collisions: f64,
     /// RMS of that share over its mean, at least 1: how much a change of what droplets send is worth beside a mean over the
     /// whole picture.
     pub concentration: f64,

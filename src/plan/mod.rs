@@ -12,6 +12,7 @@ mod shade;
 mod sources;
 mod surroundings;
 mod view;
+mod work;
 
 use std::collections::BTreeMap;
 
@@ -58,6 +59,9 @@ pub struct Decision {
     pub reason: String,
     /// Estimated largest relative change of the picture, where there is one.
     pub estimate: Option<f64>,
+    /// Predicted share of the time, asked once per sample: of the planned picture's where it is on, else of what that would take with it.
+    /// `None` where it has no rays of its own.
+    pub time_share: Option<f64>,
 }
 
 /// The decisions about all effects, in the order of `Effect::ALL`.
@@ -86,16 +90,18 @@ pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wa
         let switch = choices.get(effect).or_else(|| scene.settings.effects.get(effect)).copied().unwrap_or_default();
         let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
         let threshold = SHARE_OF_TARGET * target;
-        match switch {
-            Switch::On => Decision { effect: *effect, switch, on: true, reason: "switched on".into(), estimate },
-            Switch::Off => Decision { effect: *effect, switch, on: false, reason: "switched off".into(), estimate },
-            Switch::Auto => {
-                Decision { effect: *effect, switch, on: estimate.is_none_or(|e| e > threshold), reason, estimate }
-            }
-        }
+        let (on, reason) = match switch {
+            Switch::On => (true, "switched on".into()),
+            Switch::Off => (false, "switched off".into()),
+            Switch::Auto => (estimate.is_none_or(|e| e > threshold), reason),
+        };
+        Decision { effect: *effect, switch, on, reason, estimate, time_share: None }
     };
     let mut decisions: Vec<Decision> = Effect::ALL.iter().map(decide).collect();
     keep_enough(&mut decisions, MOST_LEFT_OUT * target);
+    let effects: Vec<(Effect, bool)> = decisions.iter().map(|decision| (decision.effect, decision.on)).collect();
+    let shares = work::time_shares(scene, &facts, &effects);
+    decisions.iter_mut().zip(shares).for_each(|(decision, share)| decision.time_share = share);
     let mut plan = EffectPlan { decisions, follows_suns: facts.sun_shines };
     plan.follows_suns |= plan.is_on(Effect::Direct);
     plan
@@ -198,6 +204,7 @@ mod tests {
             on: false,
             reason: String::new(),
             estimate: Some(estimate),
+            time_share: None,
         };
         let effects = [Effect::Glow, Effect::Shadows, Effect::Multiple, Effect::Airlight, Effect::AirMultiple];
         let mut decisions: Vec<Decision> = effects.map(|effect| decision(effect, 0.08)).into();

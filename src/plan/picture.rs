@@ -69,6 +69,7 @@ impl Picture {
         let over = |rms: f64, otherwise: f64| if cover > 0.0 { rms / cover } else { otherwise };
         let parts = self.parts(&scene.settings.atmosphere, &covers, [sunlit, deep, deepest]);
         SceneFacts {
+            collisions: mean(&self.seen.collisions().collect::<Vec<f64>>()),
             cover,
             concentration: over(rms(&covers), 1.0).max(1.0),
             met_again: over(rms(&again), -(-deep).exp_m1()),

@@ -234,6 +234,13 @@ impl Depths {
         self.covers().zip(self.scattering.iter().zip(&self.tau).map(albedo)).map(|(cover, albedo)| cover * albedo)
     }
 
+    /// Collisions of a path that begins along each ray. In a cloud that absorbs nothing the mean way is that of a straight line, however
+    /// light is scattered (Blanco & Fournier 2003); with an albedo w a path has 1 / (1 - w) collisions at most.
+    pub fn collisions(&self) -> impl Iterator<Item = f64> + '_ {
+        let most = |scattering: f64, tau: f64| if scattering < tau { tau / (tau - scattering) } else { f64::INFINITY };
+        self.tau.iter().zip(&self.scattering).map(move |(tau, scattering)| tau.min(most(*scattering, *tau)))
+    }
+
     /// Mean and variance of the distance along a ray of all that lies there, m and m^2; 0 where nothing does.
     pub fn place(&self, cell: usize) -> (f64, f64) {
         place(self.tau[cell], self.moments[cell])

@@ -101,6 +101,9 @@ pub struct Row {
     pub reason: String,
     /// Change of the picture, relative to the one with the effect; `None` where that is black.
     pub change: Option<Difference>,
+    /// The plan's prediction of its share of the time, and the share that it took; `None` where it has no rays of its own.
+    pub predicted_share: Option<f64>,
+    pub time_share: Option<f64>,
     /// Processor seconds of tree and picture with the effect and without.
     pub cpu_on_s: f64,
     pub cpu_off_s: f64,
@@ -145,13 +148,15 @@ pub fn measure(trial: &Trial, setup: &Setup, done: &mut dyn FnMut(&Row)) -> Resu
     let shoot = |trial: &Trial| trial.shoot(&seeds, Until::Samples(setup.spp), setup.cache);
     let plan = trial.plan();
     let planned = trial.with_effects(|effect| plan.is_on(effect));
+    // Pictures that share seeds share noise only if they ask alike; the race is between pictures as they are rendered.
+    let [even_trial, even_planned] = [trial, &planned].map(Trial::evenly_asked);
     // The first render warms caches up; the second is the one that is timed.
-    planned.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
-    let base = shoot(&planned)?;
+    even_planned.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
+    let base = shoot(&even_planned)?;
     let threshold = SHARE_OF_TARGET * trial.target();
     let mut rows = Vec::new();
     for decision in &plan.decisions {
-        let other = shoot(&trial.with_effects(|effect| plan.is_on(effect) != (effect == decision.effect)))?;
+        let other = shoot(&even_trial.with_effects(|effect| plan.is_on(effect) != (effect == decision.effect)))?;
         let (with, without) = if decision.on { (&base, &other) } else { (&other, &base) };
         let row = row(decision, trial.is_by_hand(decision.effect), with, without, threshold);
         done(&row);
@@ -159,7 +164,7 @@ pub fn measure(trial: &Trial, setup: &Setup, done: &mut dyn FnMut(&Row)) -> Resu
     }
     let is_off_by_hand = |effect: Effect| trial.is_by_hand(effect) && !plan.is_on(effect);
     let all = trial.with_effects(|effect| !is_off_by_hand(effect));
-    let everything = shoot(&all)?;
+    let everything = shoot(&all.evenly_asked())?;
     let race = |until| race(&planned, &all, until, setup);
     let until_noise = Until::Noise { target: trial.target(), at_most: MOST_SPP };
     Ok(Report {
@@ -214,6 +219,8 @@ fn row(decision: &Decision, by_hand: bool, with: &Shots, without: &Shots, thresh
         planned: decision.on,
         estimate: decision.estimate,
         reason: decision.reason.clone(),
+        predicted_share: decision.time_share,
+        time_share: decision.time_share.map(|_| 1.0 - without.took.cpu_s / with.took.cpu_s.max(1e-9)),
         cpu_on_s: with.took.cpu_s,
         cpu_off_s: without.took.cpu_s,
         wall_on_s: with.took.wall_s,
@@ -237,6 +244,7 @@ mod tests {
             on,
             reason: String::new(),
             estimate: Some(0.1),
+            time_share: None,
         };
         let change = |rms: f64, error: f64| Difference { square: rms * rms, square_error: error, ..Default::default() };
         let verdict = |on, change: Difference| Verdict::of(&decision(on), false, Some(&change), 0.005);

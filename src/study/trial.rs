@@ -10,7 +10,7 @@ use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::transport::{PrepareError, Prepared, RenderRequest, SilentProgress, Spectral, Stage, Until, render};
+use crate::transport::{PrepareError, Prepared, Rates, RenderRequest, SilentProgress, Spectral, Stage, Until, render};
 
 /// The picture's target where neither flag nor scene sets one: accuracy `standard`.
 pub const STANDARD_TARGET: f64 = 0.05;
@@ -27,6 +27,8 @@ pub struct Trial {
     pub choices: BTreeMap<Effect, Switch>,
     /// Most times that light is scattered by droplets.
     pub max_order: u32,
+    /// How often estimators are asked; as is best for the scene unless given.
+    pub rates: Option<Rates>,
 }
 
 /// Pictures of one trial with different seeds, and what one of them took.
@@ -51,7 +53,12 @@ pub struct Shots {
 impl Trial {
     /// A scene as it stands.
     pub fn new(scene: Scene, choices: BTreeMap<Effect, Switch>) -> Self {
-        Self { scene, choices, max_order: u32::MAX }
+        Self { scene, choices, max_order: u32::MAX, rates: None }
+    }
+
+    /// The same with every estimator asked once per sample.
+    pub fn evenly_asked(&self) -> Self {
+        Self { rates: Some(Rates::EVEN), ..self.clone() }
     }
 
     /// The target relative error of the picture.
@@ -104,6 +111,7 @@ impl Trial {
             Stage::Ready => {}
         })?;
         prepared.max_order = self.max_order;
+        prepared.rates = self.rates.unwrap_or(prepared.rates);
         let tree = clock.took();
         let clock = Clock::start();
         let outcomes: Vec<_> = seeds

@@ -98,7 +98,7 @@ pub(super) fn add_air_path(
             begin_chain(ctx, lobes, &station, random, scratch, |scratch, h, rarity, n_turns| match is_air {
                 _ if !met.counts_with(n_turns) => scratch.looked.fill(0.0),
                 true => scratch.look_in_air(ctx, h),
-                false => scratch.look(ctx, h, rarity),
+                false => scratch.look(ctx, h, rarity, n_turns),
             })
         });
         let next = match is_air {

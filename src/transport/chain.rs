@@ -22,11 +22,9 @@ const CHAINS: f64 = 0.4;
 /// From deep inside a cloud little arrives by way of small turns alone: the chance falls by this rate per optical depth.
 const CHANCE_DECAY: f64 = 0.05;
 
-/// Mean number of turns beyond the first of the longest chains that are aimed at.
-const LONGEST_MEAN: f64 = 12.0;
-
-/// Chains never get longer: the lengths below would reach it once in 1e76.
-const MOST_TURNS: u32 = 255;
+/// Chains are never longer. Of more small turns than these in a row the path draws the first itself: a chain this long
+/// turns light so much that no peak is left where it begins.
+pub(super) const MOST_TURNS: u32 = 24;
 
 /// What a chain needs of the path that it leaves, and its buffers.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +45,7 @@ impl Aside {
 }
 
 /// How many turns a chain takes: as many collisions as lie toward the sun on average, or a few, since chains from places
-/// next to the light can wander into the cloud.
+/// next to the light can wander into the cloud; `MOST_TURNS` stands for all longer ones.
 #[derive(Clone, Copy, Debug)]
 struct Lengths {
     /// Mean of the Poisson distribution of the turns beyond the first.
@@ -75,6 +73,9 @@ impl Lengths {
     }
 
     fn probability(self, turns: u32) -> f64 {
+        if turns == MOST_TURNS {
+            return 1.0 - (1..MOST_TURNS).map(|fewer| self.probability(fewer)).sum::<f64>();
+        }
         let poisson = (1..turns).fold((-self.mean).exp(), |p, i| p * self.mean / f64::from(i));
         0.5 * (poisson + 0.5f64.powi(turns as i32))
     }
@@ -128,7 +129,7 @@ pub(super) fn begin_chain(
     if random.uniform(Purpose::ChainChance, order) >= chance {
         return false;
     }
-    let lengths = Lengths { mean: small_turns.min(LONGEST_MEAN) };
+    let lengths = Lengths { mean: small_turns.min(f64::from(MOST_TURNS)) };
     let n_turns = lengths.draw(random.uniform(Purpose::ChainLength, order));
     if n_turns > station.most_turns {
         return false;
@@ -241,15 +242,15 @@ mod tests {
 
     #[test]
     fn lengths_are_drawn_as_likely_as_they_say() {
-        for mean in [0.0, 0.3, 4.0, LONGEST_MEAN] {
+        for mean in [0.0, 0.3, 4.0, f64::from(MOST_TURNS)] {
             let (lengths, n) = (Lengths { mean }, 200_000u32);
             let mut count = [0u32; 300];
             (0..n).for_each(|i| count[lengths.draw((f64::from(i) + 0.5) / f64::from(n)) as usize] += 1);
-            for turns in 1..40 {
+            for turns in 1..=MOST_TURNS {
                 let expected = lengths.probability(turns) * f64::from(n);
                 assert!((f64::from(count[turns as usize]) - expected).abs() <= 2.0, "{mean} {turns} {expected}");
             }
-            let sum: f64 = (1..200).map(|turns| lengths.probability(turns)).sum();
+            let sum: f64 = (1..=MOST_TURNS).map(|turns| lengths.probability(turns)).sum();
             assert!((sum - 1.0).abs() < 1e-12);
         }
     }

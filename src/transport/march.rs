@@ -26,8 +26,21 @@ pub(super) fn march_steps(air: &Air, way_m: f64) -> (u32, f64) {
     (n_steps, way_m / f64::from(n_steps))
 }
 
+/// What a march looks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Marched {
+    airlight: bool,
+    glow: bool,
+}
+
+impl Marched {
+    pub const BOTH: Self = Self { airlight: true, glow: true };
+    pub const AIRLIGHT: Self = Self { airlight: true, glow: false };
+    pub const GLOW: Self = Self { airlight: false, glow: true };
+}
+
 /// Adds what the air scatters along a camera ray; `scratch.crossings` holds what the ray meets.
-pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
+pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, wanted: Marched, random: &PathRandom, scratch: &mut Scratch) {
     let air = &ctx.lighting.air;
     if air.scattering_per_m <= 0.0 {
         return;
@@ -38,15 +51,16 @@ pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, sc
         return;
     }
     // Air that is lit evenly, with nothing before it, is one step: its integral is known (theory (107)).
-    let is_even = !ctx.switches.shadows && ctx.glow.is_none() && scratch.crossings.is_empty();
+    let (airlight, glow) = (ctx.switches.airlight && wanted.airlight, ctx.glow.filter(|_| wanted.glow));
+    let is_even = !ctx.switches.shadows && glow.is_none() && scratch.crossings.is_empty();
     let (n_steps, step_m) = match is_even {
         true => (1, (leave_m - enter_m).min(LAST_OPTICAL_DEPTH / air.extinction_per_m)),
         false => march_steps(air, leave_m - enter_m),
     };
     let way_m = [enter_m, enter_m + f64::from(n_steps) * step_m];
-    if let Some(glow) = ctx.glow {
+    if let Some(glow) = glow {
         glow::add_near(ctx, glow, ray, way_m, n_steps, random, scratch);
-        if !ctx.switches.airlight && !glow.needs_steps() {
+        if !airlight && !glow.needs_steps() {
             return;
         }
         glow::begin_ray(ctx, glow, ray, way_m, n_steps, random, scratch);
@@ -62,10 +76,10 @@ pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, sc
         if !see_step(ctx, t_m, scattered, scratch) {
             continue;
         }
-        if ctx.switches.airlight {
+        if airlight {
             add_airlight(ctx, ray, t_m, random, scratch);
         }
-        if let Some(glow) = ctx.glow {
+        if let Some(glow) = glow {
             glow::add_step(ctx, glow, ray, t_m, number, random, scratch);
         }
     }

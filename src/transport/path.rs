@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::chain::{Station, begin_chain, follow_chain, pick_sun};
+use super::chain::{MOST_TURNS, Station, begin_chain, follow_chain, pick_sun};
 use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
 use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
@@ -84,7 +84,7 @@ fn follow_path(
             layer,
         };
         let chain = ctx.lobes.filter(|lobes| {
-            let look = |scratch: &mut Scratch, h, rarity, _| scratch.look(ctx, h, rarity);
+            let look = |scratch: &mut Scratch, h, rarity, n_turns| scratch.look(ctx, h, rarity, n_turns);
             begin_chain(ctx, lobes, &station, random, scratch, look)
         });
         let next = turn(ctx, &ray, hero, order, random, scratch);
@@ -153,8 +153,7 @@ pub(super) fn pass_glass(
         scratch.weight = weight;
     }
     scratch.is_refracted = true;
-    scratch.small_turns.fill(1.0);
-    scratch.rarity = 0.0;
+    scratch.begin_turns();
     let Scratch { weight, density, surfaces, hero, .. } = scratch;
     let mut carried = Carried { weight, density, hero: *hero, random, surfaces };
     let next = ctx.glass?.pass(ahead, ray, Ways::All, &mut carried)?;
@@ -194,7 +193,7 @@ pub(super) fn add_sunlight(
         scratch.light_sun(ctx, &LocalRay { origin: scratch.event.point, direction: to_sun });
         if let Some(layer) = layer {
             let layer = scratch.layer(layer);
-            scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0);
+            scratch.look(ctx, turn_h(ray.direction, to_sun), 0.0, 0);
             let Scratch { weight, sunlit, looked, layers, .. } = scratch;
             for (w, radiance) in layers[layer].iter_mut().enumerate() {
                 *radiance += weight[w] * looked[w] * sunlit[w] * light.irradiance[w];
@@ -270,21 +269,28 @@ impl Scratch {
     pub(super) fn begin_path(&mut self) {
         self.weight.copy_from_slice(&self.seen);
         self.density.copy_from_slice(&self.seen_density);
-        self.small_turns.fill(1.0);
-        self.rarity = 0.0;
+        self.is_refracted = self.leg > 0;
+        self.begin_turns();
     }
 
-    /// Fills `looked` with the light that the collision turns by h, where a chain of small turns with the given sum of
-    /// rarities follows to the sun: all of it but the forward lobe, which other chains draw. Only where all turns from the
-    /// camera to the sun are small does the lobe count, shared among the collisions that could have been the one that is not
-    /// drawn (theory (49)).
-    pub(super) fn look(&mut self, ctx: &RenderContext, h: f64, chain_rarity: f64) {
-        let Self { event, turned, looked, small_turns, rarity, .. } = self;
+    /// No turn yet, so that all may be small.
+    fn begin_turns(&mut self) {
+        self.small_turns.fill(1.0);
+        (self.rarity, self.n_turns) = (0.0, 0);
+    }
+
+    /// Fills `looked` with the light that the collision turns by h, where a chain of so many small turns with the given sum of
+    /// rarities follows to the sun: all of it but the forward lobe, which longer chains draw; before the longest, all of it. Where all
+    /// turns from the camera to the sun are small, and no more than a chain has, the lobe counts too, shared among the collisions
+    /// that could have been the one that is not drawn (theory (49), (50)).
+    pub(super) fn look(&mut self, ctx: &RenderContext, h: f64, chain_rarity: f64, chain_turns: u32) {
+        let Self { event, turned, looked, small_turns, rarity, n_turns, .. } = self;
         event.turn(ctx.media, ctx.lobes, h, turned);
         looked.copy_from_slice(&turned.light);
-        if let Some(lobes) = ctx.lobes {
+        if let Some(lobes) = ctx.lobes.filter(|_| chain_turns < MOST_TURNS) {
             let own = lobes.rarity(h);
-            let share = own / (own + *rarity + chain_rarity);
+            let fit_in_chain = *n_turns + 1 + chain_turns <= MOST_TURNS;
+            let share = if fit_in_chain { own / (own + *rarity + chain_rarity) } else { 0.0 };
             for w in 0..looked.len() {
                 looked[w] -= turned.lobe[w] * (1.0 - small_turns[w] * share);
             }
@@ -304,6 +310,7 @@ impl Scratch {
             *share *= if *light > 0.0 { lobe / light } else { 0.0 };
         }
         self.rarity += turn_rarity;
+        self.n_turns += 1;
     }
 }
 

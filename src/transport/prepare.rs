@@ -13,7 +13,9 @@ use super::guide::Guide;
 use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
+use super::pilot::find_rates;
 use super::place::{bin_areas, bin_plan, place_balls, place_boxes, place_particles};
+use super::rates::Rates;
 use super::sample::RenderContext;
 use super::spectral_error::band_error;
 use crate::accel::Accel;
@@ -107,6 +109,8 @@ pub struct Prepared {
     pub glow_tolerance: Option<f64>,
     /// Estimated relative error of scattered light for want of wavelengths (theory (105)).
     pub band_error: f64,
+    /// How often each estimator is asked per sample.
+    pub rates: Rates,
     lobes: Option<ForwardLobes>,
     guide: Option<Guide>,
     /// How much there is of everything.
@@ -166,8 +170,7 @@ impl Prepared {
         let warnings =
             [tables.warnings, backdrop_warnings, march_warning(&lighting.air).into_iter().collect()].concat();
         counts.glass_balls = glass.as_ref().map_or(0, Glass::len);
-        enter(Stage::Ready);
-        Ok(Self {
+        let mut prepared = Self {
             accel,
             media,
             glass,
@@ -180,11 +183,15 @@ impl Prepared {
             angle_tolerance,
             glow_tolerance: is_lit.then_some(tolerance),
             band_error,
+            rates: Rates::EVEN,
             lobes,
             guide,
             counts,
             warnings,
-        })
+        };
+        prepared.rates = find_rates(&prepared.context());
+        enter(Stage::Ready);
+        Ok(prepared)
     }
 
     /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.
@@ -216,6 +223,7 @@ impl Prepared {
             camera: &self.camera,
             switches: self.switches,
             resolution: self.resolution,
+            rates: self.rates,
             max_order: if self.switches.multiple { self.max_order } else { 1 },
             max_air_order: if self.switches.air_multiple { self.max_order } else { 0 },
         }

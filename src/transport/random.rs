@@ -13,6 +13,8 @@ use crate::film::block_of;
 pub(super) struct PathRandom {
     key: u64,
     point: SobolPoint,
+    /// Key of its block, its place there, and the block's length.
+    block: (u64, u32, u32),
 }
 
 /// What a number is drawn for; numbers of different purposes never share a counter.
@@ -72,6 +74,10 @@ const GLOW_NEAR: u64 = 1 << 30;
 /// Branches draw from keys of their own.
 const BRANCH: u64 = 0xa076_1d64_78bd_642f;
 
+/// So do repeated asks, and whose turn it is.
+const AGAIN: u64 = 0xe703_7ed1_a0b4_28db;
+const TURN: u64 = 0x8ebc_6af0_9c88_c6e3;
+
 /// 2^64 divided by the golden ratio, odd: the increment of SplitMix64.
 pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
@@ -118,20 +124,36 @@ impl PathRandom {
     pub fn new(seed: u64, pixel: u64, sample: u32) -> Self {
         let key = mix(seed.wrapping_add(GOLDEN));
         let key = mix(key ^ pixel.wrapping_mul(GOLDEN));
-        let block = block_of(sample).start;
+        let block = block_of(sample);
+        let (block, length) = (block.start, block.len() as u32);
         // Numbers of samples are below 2^32, so blocks beyond have keys of their own.
         let block_key = mix(key ^ (1 << 32 | u64::from(block)).wrapping_mul(GOLDEN));
         Self {
             key: mix(key ^ u64::from(sample).wrapping_add(1).wrapping_mul(GOLDEN)),
             point: SobolPoint::new(block_key, sample - block),
+            block: (block_key, sample - block, length),
         }
+    }
+
+    /// The numbers with which the same sample asks once more: as well stratified as the first, and independent of them.
+    pub fn again(&self, time: u32) -> Self {
+        let again = |key: u64| mix(key ^ AGAIN.wrapping_add(u64::from(time).wrapping_mul(GOLDEN)));
+        Self { key: again(self.key), point: self.point.rescrambled(again(self.block.0)), ..*self }
+    }
+
+    /// Whether the sample is one of those that stand for `every` samples, a power of two: a run of neighbours in each block, which are
+    /// stratified among themselves, or one sample in several short blocks. `stream` tells apart what takes turns.
+    pub fn is_its_turn(&self, stream: u32, every: u32) -> bool {
+        let (key, place, length) = self.block;
+        let drawn = unit(mix(key ^ TURN.wrapping_add(u64::from(stream).wrapping_mul(GOLDEN))));
+        place / (length / every).max(1) == (drawn * f64::from(every)) as u32
     }
 
     /// The numbers of one of the branches into which a path divides after a collision: the path's own go on with the first.
     pub fn branch(&self, collision: u32, copy: u32) -> Self {
         let key =
             mix(self.key ^ BRANCH.wrapping_add((u64::from(collision) << 32 | u64::from(copy)).wrapping_mul(GOLDEN)));
-        Self { key, point: self.point.rescrambled(key) }
+        Self { key, point: self.point.rescrambled(key), ..*self }
     }
 
     /// Which of `n` wavelengths leads the path; those of a block take them evenly in turn.
@@ -209,6 +231,7 @@ mod tests {
         let by_pixel = |i: u32| PathRandom::new(1, u64::from(i), 3).uniform(Purpose::PixelX, 0);
         let by_seed = |i: u32| PathRandom::new(u64::from(i), 5, 3).uniform(Purpose::Azimuth, 4);
         let by_copy = |i: u32| PathRandom::new(1, 2, 3).branch(2, i).uniform(Purpose::Collision, 3);
+        let by_time = |i: u32| PathRandom::new(1, 2, 3).again(i).uniform(Purpose::Collision, 3);
         let by_division = |i: u32| PathRandom::new(1, 2, 3).branch(i, 1).uniform(Purpose::Angle, 9);
         let draws = [
             &by_index as &dyn Fn(u32) -> f64,
@@ -220,6 +243,7 @@ mod tests {
             &by_seed,
             &by_copy,
             &by_division,
+            &by_time,
         ];
         for draw in draws {
             let (cells, n) = (64, 64_000u32);
@@ -275,6 +299,40 @@ mod tests {
         // Pixels begin anywhere.
         let first: std::collections::BTreeSet<usize> = (0..100).map(|p| PathRandom::new(3, p, 0).hero(8)).collect();
         assert_eq!(first.len(), 8);
+    }
+
+    /// Expected: in a block of 16, one of four has one run of four samples, in each pixel another; runs are as likely everywhere, and
+    /// independent between streams.
+    #[test]
+    fn turns_are_taken_evenly() {
+        let (block, n) = (block_of(64), 8000);
+        let mut count = [0u32; 16];
+        let mut both = 0;
+        for pixel in 0..n {
+            let is_on = |stream: u32| -> Vec<u32> {
+                block.clone().filter(|s| PathRandom::new(5, pixel, *s).is_its_turn(stream, 4)).map(|s| s - 64).collect()
+            };
+            let turns = is_on(0);
+            assert!(turns.len() == 4 && turns[0].is_multiple_of(4) && turns[3] == turns[0] + 3, "{turns:?}");
+            turns.iter().for_each(|s| count[*s as usize] += 1);
+            both += u32::from(turns == is_on(1));
+        }
+        let near_quarter =
+            |count: u32| (f64::from(count) - 0.25 * n as f64).abs() < 5.0 * (n as f64 * 3.0 / 16.0).sqrt();
+        assert!(count.iter().all(|c| near_quarter(*c)) && near_quarter(both), "{count:?} {both}");
+    }
+
+    /// Expected: what is asked once more is stratified within the block as the first time was, with other numbers.
+    #[test]
+    fn asking_again_is_stratified_too() {
+        for time in [1, 2, 7] {
+            let of_sample = |s| PathRandom::new(7, 8, s).again(time).uniform(Purpose::Collision, 1);
+            let mut strata: Vec<u32> = block_of(100).map(|s| (of_sample(s) * 16.0) as u32).collect();
+            strata.sort_unstable();
+            assert_eq!(strata, (0..16).collect::<Vec<u32>>(), "{time}");
+            let first = PathRandom::new(7, 8, 100).uniform(Purpose::Roulette, 3);
+            assert_ne!(PathRandom::new(7, 8, 100).again(time).uniform(Purpose::Roulette, 3), first);
+        }
     }
 
     #[test]

@@ -2,16 +2,18 @@
 
 use super::air_path::add_air_path;
 use super::camera::camera_ray;
+use super::disc::{add_discs, draws_discs};
 use super::flight::meet;
 use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Glass, Ways};
 use super::glow::Glow;
 use super::guide::Guide;
 use super::lighting::Lighting;
-use super::march::march;
+use super::march::{Marched, march};
 use super::media::Media;
 use super::path::{add_path, survival_of_length, turn_h};
 use super::random::{PathRandom, Purpose};
+use super::rates::{Ask, Part, Rates};
 use super::scratch::Scratch;
 use crate::accel::{Accel, LocalRay};
 use crate::film::{Layer, Sample};
@@ -42,6 +44,8 @@ pub struct RenderContext<'a> {
     pub switches: Switches,
     /// Width and height of the picture, pixels.
     pub resolution: [u32; 2],
+    /// How often each estimator is asked per sample.
+    pub rates: Rates,
     /// Most times that light is scattered by droplets; at least 1.
     pub max_order: u32,
     /// Most times that light is scattered at all where air takes part; 0 without `air-multiple`.
@@ -84,6 +88,7 @@ pub(super) fn take_sample(
 ) -> Sample {
     scratch.clear();
     scratch.hero = random.hero(scratch.seen.len());
+    scratch.asks = ctx.rates.asks(random);
     let x = f64::from(column) + random.uniform(Purpose::PixelX, 0);
     let y = f64::from(row) + random.uniform(Purpose::PixelY, 0);
     let camera_ray = camera_ray(ctx.camera, ctx.resolution, x, y);
@@ -91,6 +96,7 @@ pub(super) fn take_sample(
     scratch.rays.camera += 1;
     let mut sample = Sample::default();
     follow(ctx, &ray, random, scratch, &mut sample);
+    add_discs(ctx, [column, row], random, scratch);
     scratch.sum_spectrum();
     for (channels, radiance) in sample.layers.iter_mut().zip(&scratch.layers) {
         *channels = ctx.lighting.rgb(radiance);
@@ -187,14 +193,12 @@ fn add_leg(
     if scratch.leg == 0 {
         note_opacity(ctx.lighting, ahead.as_ref(), scratch, sample);
     }
-    if ctx.switches.airlight || ctx.glow.is_some() {
-        march(ctx, ray, random, scratch);
-    }
+    add_air(ctx, ray, random, scratch);
     if (ctx.switches.direct || ctx.switches.multiple) && !scratch.crossings.is_empty() {
-        add_path(ctx, ray, random, scratch);
+        add_paths(ctx, ray, random, scratch);
     }
     if ctx.max_air_order > 0 {
-        add_air_path(ctx, ray, left, random, scratch);
+        repeat(Part::AirPaths, random, scratch, |random, scratch| add_air_path(ctx, ray, left, random, scratch));
     }
     scratch.is_refracted = scratch.leg > 0;
     let Scratch { seen, passed, .. } = scratch;
@@ -210,6 +214,47 @@ fn add_leg(
     ahead
 }
 
+/// Adds what the air scatters along a leg.
+fn add_air(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
+    let [airlight, glow] = [Part::Airlight, Part::Glow].map(|part| scratch.asks[part as usize]);
+    let has_airlight = ctx.switches.airlight && airlight.times > 0;
+    let has_glow = ctx.glow.is_some() && glow.times > 0;
+    if has_airlight && has_glow && airlight == glow {
+        repeat(Part::Glow, random, scratch, |random, scratch| march(ctx, ray, Marched::BOTH, random, scratch));
+        return;
+    }
+    if has_airlight {
+        repeat(Part::Airlight, random, scratch, |random, scratch| march(ctx, ray, Marched::AIRLIGHT, random, scratch));
+    }
+    if has_glow {
+        repeat(Part::Glow, random, scratch, |random, scratch| march(ctx, ray, Marched::GLOW, random, scratch));
+    }
+}
+
+/// Adds the light of the paths of a leg, which `scratch.crossings` belongs to.
+fn add_paths(ctx: &RenderContext, ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
+    let (reach_m, mut is_first) = (scratch.reach_m, true);
+    repeat(Part::Paths, random, scratch, |random, scratch| {
+        if !std::mem::take(&mut is_first) {
+            scratch.reach_m = reach_m;
+            meet(ctx, ray, scratch);
+        }
+        add_path(ctx, ray, random, scratch);
+    });
+}
+
+/// Asks an estimator as often as it is its turn, and weights what it finds.
+fn repeat(part: Part, random: &PathRandom, scratch: &mut Scratch, mut ask: impl FnMut(&PathRandom, &mut Scratch)) {
+    let Ask { times, weight } = scratch.asks[part as usize];
+    if times == 0 {
+        return;
+    }
+    scratch.weighted(weight, |scratch| {
+        ask(random, scratch);
+        (1..times).for_each(|time| ask(&random.again(time), scratch));
+    });
+}
+
 /// What lies behind everything: the background, and the suns' discs where no glass has turned the ray.
 fn add_behind(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     let layer = scratch.layer(Layer::Background);
@@ -218,7 +263,7 @@ fn add_behind(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
         true => ctx.lighting.background_toward(ray.direction, behind),
         false => behind.fill(0.0),
     }
-    if !*is_refracted {
+    if !*is_refracted && !draws_discs(ctx) {
         ctx.lighting.add_suns_discs(ray.direction, behind);
     }
     for (w, radiance) in layers[layer].iter_mut().enumerate() {

@@ -7,6 +7,7 @@ use super::glass::Ahead;
 use super::glow::GlowScratch;
 use super::lighting::SunLight;
 use super::random::{PathRandom, Purpose};
+use super::rates::{Ask, Part};
 use super::render::RayCounts;
 use super::sample::RenderContext;
 use super::split::Branches;
@@ -49,6 +50,8 @@ pub(super) struct Scratch {
     pub small_turns: Vec<f64>,
     /// Sum of the rarities of its turns.
     pub rarity: f64,
+    /// How many there were, since the camera or the glass behind which the path began anew.
+    pub n_turns: u32,
     /// The chain toward the sun.
     pub aside: Aside,
     /// The collision that the path is at.
@@ -60,8 +63,12 @@ pub(super) struct Scratch {
     pub total_depth: Vec<f64>,
     /// Transmittance toward the sun that was asked last.
     pub sunlit: Vec<f64>,
+    /// How this sample asks its estimators, by `Part`.
+    pub asks: [Ask; Part::ALL.len()],
     /// Radiance by layer and wavelength.
     pub layers: [Vec<f64>; Layer::ALL.len()],
+    /// The same of what was gathered before, while an estimator is asked whose result is weighted.
+    before: [Vec<f64>; Layer::ALL.len()],
     /// The layers' sum by wavelength.
     pub spectrum: Vec<f64>,
     pub crossings: Vec<(Body, Crossing)>,
@@ -95,13 +102,16 @@ impl Scratch {
             looked: zeros(),
             small_turns: zeros(),
             rarity: 0.0,
+            n_turns: 0,
             aside: Aside::new(n_wavelengths),
             event: Event::new(n_wavelengths),
             finder: Finder::default(),
             branches: Branches::default(),
             total_depth: zeros(),
             sunlit: zeros(),
+            asks: [Ask { times: 1, weight: 1.0 }; Part::ALL.len()],
             layers: Layer::ALL.map(|_| zeros()),
+            before: Layer::ALL.map(|_| zeros()),
             spectrum: zeros(),
             crossings: Vec::new(),
             sun_depth: OpticalDepth::new(media),
@@ -145,9 +155,32 @@ impl Scratch {
         if sun.is_point() {
             return -sun.direction;
         }
-        self.sun_draws += 1;
-        let u = [Purpose::SunHeight, Purpose::SunTurn].map(|purpose| random.uniform(purpose, self.sun_draws));
+        let u = self.draw_on_disc(random);
         sun.toward(u)
+    }
+
+    /// Two even numbers in [0, 1) for a place on a sun's disc.
+    #[inline]
+    pub fn draw_on_disc(&mut self, random: &PathRandom) -> [f64; 2] {
+        self.sun_draws += 1;
+        [Purpose::SunHeight, Purpose::SunTurn].map(|purpose| random.uniform(purpose, self.sun_draws))
+    }
+
+    /// Adds to the layers what `gather` adds, times a weight.
+    pub fn weighted(&mut self, weight: f64, gather: impl FnOnce(&mut Self)) {
+        if weight == 1.0 {
+            return gather(self);
+        }
+        std::mem::swap(&mut self.layers, &mut self.before);
+        self.layers.iter_mut().for_each(|layer| layer.fill(0.0));
+        let depth = std::mem::take(&mut self.depth_sum);
+        let depth_weight = std::mem::take(&mut self.depth_weight);
+        gather(self);
+        for (layer, before) in self.layers.iter_mut().zip(&self.before) {
+            layer.iter_mut().zip(before).for_each(|(radiance, before)| *radiance = *before + weight * *radiance);
+        }
+        self.depth_sum = depth + weight * self.depth_sum;
+        self.depth_weight = depth_weight + weight * self.depth_weight;
     }
 
     pub fn sum_spectrum(&mut self) {

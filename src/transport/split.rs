@@ -28,6 +28,7 @@ pub(super) struct Offshoot {
     pub order: u32,
     pub random: PathRandom,
     rarity: f64,
+    n_turns: u32,
     surfaces: u32,
     is_refracted: bool,
 }
@@ -77,7 +78,7 @@ pub(super) fn goes_on(light: f64, u: f64, order: u32, long: u32, scratch: &mut S
 impl Scratch {
     /// Puts aside the copies of a path that is about to fly on from its `order`th collision.
     pub fn divide(&mut self, ray: &LocalRay, order: u32, random: &PathRandom) {
-        let Self { branches, weight, density, small_turns, rarity, surfaces, is_refracted, .. } = self;
+        let Self { branches, weight, density, small_turns, rarity, n_turns, surfaces, is_refracted, .. } = self;
         let n_more = std::mem::take(&mut branches.n_more);
         if n_more == 0 {
             return;
@@ -93,6 +94,7 @@ impl Scratch {
                 order,
                 random: random.branch(order, copy),
                 rarity: *rarity,
+                n_turns: *n_turns,
                 surfaces: *surfaces,
                 is_refracted: *is_refracted,
             });
@@ -101,14 +103,15 @@ impl Scratch {
 
     /// Takes up the branch that was put aside last.
     pub fn take_up(&mut self) -> Option<Offshoot> {
-        let Self { branches, weight, density, small_turns, rarity, surfaces, is_refracted, .. } = self;
+        let Self { branches, weight, density, small_turns, rarity, n_turns, surfaces, is_refracted, .. } = self;
         let branch = branches.waiting.pop()?;
         for numbers in [small_turns, density, weight] {
             let rest = branches.numbers.len() - numbers.len();
             numbers.copy_from_slice(&branches.numbers[rest..]);
             branches.numbers.truncate(rest);
         }
-        (*rarity, *surfaces, *is_refracted) = (branch.rarity, branch.surfaces, branch.is_refracted);
+        (*rarity, *n_turns, *surfaces, *is_refracted) =
+            (branch.rarity, branch.n_turns, branch.surfaces, branch.is_refracted);
         Some(branch)
     }
 }

@@ -11,7 +11,9 @@ use mie_cloud::plan;
 use mie_cloud::scene::model::{Camera, FogBox, FogDensity, Lens, Particle, ParticleKind, Scene, Sun};
 use mie_cloud::scene::settings::{AirPhase, Effect, ImageSettings, Settings, Switch};
 use mie_cloud::spectrum::{SpectralMode, SpectralSampling};
-use mie_cloud::transport::{Prepared, Progress, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render};
+use mie_cloud::transport::{
+    Prepared, Progress, Rates, RenderOutcome, RenderRequest, SilentProgress, Spectral, Until, render,
+};
 
 /// A scene of one class of 5 um water droplets at 550 nm, with a sun along -z and nothing in it.
 pub fn empty_scene() -> Scene {
@@ -123,6 +125,14 @@ pub fn prepare_all(scene: Scene) -> Prepared {
 
 /// A scene that is ready to be rendered, with everything on that it calls for.
 pub fn prepare(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
+    // Few samples, and layers looked at by themselves: every estimator is asked in each.
+    let mut prepared = prepare_as_rendered(scene, effects);
+    prepared.rates = Rates::EVEN;
+    prepared
+}
+
+/// The same with estimators asked as often as is best for the whole picture.
+pub fn prepare_as_rendered(scene: Scene, effects: &BTreeMap<Effect, Switch>) -> Prepared {
     let mode = scene.settings.spectral_mode.unwrap_or(SpectralMode::Bands { count: 8 });
     let sampling = SpectralSampling::new(mode, scene.settings.sun.spectrum);
     // A target of 1e-9 leaves nothing out.

@@ -167,7 +167,7 @@ impl<'a> Bench<'a> {
         let seeds = [setup.seed, setup.seed.wrapping_add(1)];
         // The first render warms caches up; the others are timed.
         finest.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
-        let base = finest.shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
+        let base = finest.evenly_asked().shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
         let others = [4, 5].map(|k| setup.seed.wrapping_add(k));
         let least = setup.targets.iter().copied().fold(1.0, f64::min);
         let longer = Until::Samples(setup.spp.saturating_mul(LONGER));
@@ -193,7 +193,11 @@ impl<'a> Bench<'a> {
                 let (trial, until) = knobs::asked(self.trial, *target);
                 trial.shoot(&other, until, self.setup.cache)
             }
-            _ => setting.apply(&self.finest).shoot(&same, Until::Samples(self.setup.spp), self.setup.cache),
+            _ => setting.apply(&self.finest).evenly_asked().shoot(
+                &same,
+                Until::Samples(self.setup.spp),
+                self.setup.cache,
+            ),
         }
     }
 

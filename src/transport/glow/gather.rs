@@ -55,6 +55,18 @@ impl GlowScratch {
     }
 }
 
+impl GlowScratch {
+    /// Begins to count evaluations.
+    pub fn begin_count(&mut self) {
+        self.cut.evaluations = 0;
+    }
+
+    /// Nodes and sources that were looked at since then.
+    pub fn evaluations(&self) -> u64 {
+        self.cut.evaluations
+    }
+}
+
 impl<'a> Around<'a> {
     pub fn of(ctx: &RenderContext<'a>) -> Self {
         let camera = ctx.accel.local_ray(ctx.camera.position_m, DVec3::Z).origin;
