@@ -19,6 +19,7 @@ use crate::study::effects::{Race, Report, Row, Setup, measure};
 use crate::study::trial::Trial;
 use crate::transport::need::{Held, Need};
 use crate::transport::{RenderRequest, Spectral, Until};
+use crate::units::short;
 
 /// Runs `bench effects`.
 pub fn run(args: &EffectsArgs) -> Result<u8, Failure> {
@@ -108,7 +109,7 @@ fn line(cells: &[String; 8]) -> String {
 }
 
 fn cells(row: &Row) -> [String; 8] {
-    let estimate = row.estimate.map_or("none".into(), |estimate| format!("{:.3} %", 100.0 * estimate));
+    let estimate = row.estimate.map_or("none".into(), short::percent);
     let beyond = if row.within_estimate == Some(false) { ", beyond the estimate" } else { "" };
     [
         row.effect.into(),
@@ -150,14 +151,14 @@ fn digits(share: f64) -> String {
 fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     writeln!(
         out,
-        "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({:.2} % \
+        "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({} \
          each); CPU s: processor seconds of tree and one picture, without tables; time: share of it that the effect \
-         takes, every estimator asked once per sample, and that the plan told. The plan leaves out what changes less than {:.3} %, a \
-         tenth of the target of {} %.",
+         takes, every estimator asked once per sample, and that the plan told. The plan leaves out what changes less than {}, a \
+         tenth of the target of {}.",
         report.spp,
-        100.0 * report.noise,
-        100.0 * report.threshold,
-        100.0 * report.target,
+        short::percent(report.noise),
+        short::percent(report.threshold),
+        short::percent(report.target),
     )?;
     let Some(everything) = &report.everything else {
         return writeln!(out, "the picture is black");
@@ -178,8 +179,8 @@ fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     let Some(race) = &report.to_target else { return Ok(()) };
     writeln!(
         out,
-        "until the noise is {} %: {} of the processor time; {:.3} CPU s and {} spp, everything on {:.3} CPU s and {} spp",
-        100.0 * report.target,
+        "until the noise is {}: {} of the processor time; {:.3} CPU s and {} spp, everything on {:.3} CPU s and {} spp",
+        short::percent(report.target),
         ratio(race),
         race.planned_s.median,
         race.planned_spp,

@@ -80,6 +80,7 @@ fn rays(effect: Effect, scene: &Scene, facts: &SceneFacts, is_on: &dyn Fn(Effect
 fn glow(facts: &SceneFacts, steps: f64, shadows: bool) -> f64 {
     let shade = if shadows { 1.0 } else { 0.0 };
     match facts.n_particles + facts.n_fog_boxes {
+        _ if steps == 0.0 => 0.0,
         0 => 0.0,
         n if n <= FEW_DROPLETS => (n as f64 * MOST_POINTS).min(steps.max(n as f64)) * (COLLISION + shade),
         _ => steps * (GLOW_SUM + shade),

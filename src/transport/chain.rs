@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::flight::{fly_near, force, meet, normalize};
 use super::forward::ForwardLobes;
+use super::glass::{Ahead, balance};
 use super::path::{around, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
@@ -193,8 +194,10 @@ fn fly_chain(
         let ray = LocalRay { origin, direction };
         let draw = draw_of(order, i as u32);
         // What lies behind glass is not on a straight way to the sun.
-        if scratch.look_ahead(ctx, &ray, None).is_some_and(|ahead| ahead.is_inside) {
-            return false;
+        match scratch.look_ahead(ctx, &ray, None) {
+            Some(ahead) if ahead.is_inside => return false,
+            Some(ahead) if i == 0 => end_at_ball(ctx, lobes, station, (&ray, h), &ahead, scratch),
+            _ => {}
         }
         let collided = if is_crowded {
             fly_near(ctx, &ray, hero, CHAIN_FLIGHTS | draw, random, scratch)
@@ -218,6 +221,37 @@ fn fly_chain(
         origin = scratch.event.point;
     }
     true
+}
+
+/// Adds the sunlight that a ball ahead turns by the last h into the chain, where nothing stops it before.
+fn end_at_ball(
+    ctx: &RenderContext,
+    lobes: &ForwardLobes,
+    station: &Station,
+    (ray, h): (&LocalRay, f64),
+    ahead: &Ahead,
+    scratch: &mut Scratch,
+) {
+    scratch.rays.scatter += 1;
+    meet(ctx, ray, scratch);
+    let air = ctx.air_transmittance(ray, ahead.t_m);
+    let phase = ctx.media.phase(ahead.bin);
+    let Scratch { weight, density, total_depth, turned, .. } = scratch;
+    for w in 0..weight.len() {
+        let peak = ctx.media.q_sca(ahead.bin, w) * lobes.part(w, h, phase[w].eval(h));
+        turned.light[w] = weight[w] * (-total_depth[w]).exp() * air * peak;
+        turned.drawn[w] = density[w] * lobes.density(w, h);
+    }
+    if !balance(&mut turned.light, &mut turned.drawn) {
+        return;
+    }
+    let sun = &ctx.lighting.suns[station.sun];
+    scratch.light_sun(ctx, &LocalRay { origin: ahead.ball.center, direction: scratch.aside.to_sun });
+    let layer = scratch.layer(station.layer);
+    let Scratch { turned, sunlit, layers, .. } = scratch;
+    for (w, radiance) in layers[layer].iter_mut().enumerate() {
+        *radiance += turned.light[w] * sunlit[w] * sun.irradiance[w];
+    }
 }
 
 /// Numbers the draws of chains apart from each other; orders beyond 2^23 share theirs with much lower ones.

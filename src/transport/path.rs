@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::chain::{MOST_TURNS, Station, begin_chain, follow_chain, pick_sun};
 use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
+use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
 use super::sample::{RenderContext, add_ball_sunlight};
@@ -149,7 +150,7 @@ pub(super) fn pass_glass(
 ) -> Option<LocalRay> {
     if let Some(layer) = layer.filter(|_| !ahead.is_inside) {
         let weight = std::mem::take(&mut scratch.weight);
-        add_ball_sunlight(ctx, ahead, ray, (layer, &weight), random, scratch);
+        add_ball_sunlight(ctx, ahead, ray, (layer, &weight), ctx.lobes, random, scratch);
         scratch.weight = weight;
     }
     scratch.is_refracted = true;
@@ -288,13 +289,17 @@ impl Scratch {
         event.turn(ctx.media, ctx.lobes, h, turned);
         looked.copy_from_slice(&turned.light);
         if let Some(lobes) = ctx.lobes.filter(|_| chain_turns < MOST_TURNS) {
-            let own = lobes.rarity(h);
-            let fit_in_chain = *n_turns + 1 + chain_turns <= MOST_TURNS;
-            let share = if fit_in_chain { own / (own + *rarity + chain_rarity) } else { 0.0 };
+            let share = share_of_turn(lobes, h, (*rarity + chain_rarity, *n_turns + chain_turns));
             for w in 0..looked.len() {
                 looked[w] -= turned.lobe[w] * (1.0 - small_turns[w] * share);
             }
         }
+    }
+
+    /// The part of a ball's phase function value that is not left to chains, as `look` has it for droplets.
+    pub(super) fn apart_from_chains(&self, lobes: &ForwardLobes, w: usize, h: f64, p: f64) -> f64 {
+        let share = share_of_turn(lobes, h, (self.rarity, self.n_turns));
+        p - lobes.part(w, h, p) * (1.0 - self.small_turns[w] * share)
     }
 
     /// Optical depth toward the sun that was looked at last.
@@ -312,6 +317,12 @@ impl Scratch {
         self.rarity += turn_rarity;
         self.n_turns += 1;
     }
+}
+
+/// Share of a turn by h that is evaluated, among the other small turns of a path, given the sum of their rarities and their number (theory (49)).
+fn share_of_turn(lobes: &ForwardLobes, h: f64, (rarity, n_turns): (f64, u32)) -> f64 {
+    let own = lobes.rarity(h);
+    if n_turns < MOST_TURNS { own / (own + rarity) } else { 0.0 }
 }
 
 /// h = 1 - cos of the angle between two unit vectors, without cancellation between neighbours.

@@ -90,7 +90,7 @@ pub(super) fn bin_areas(media: &Media, placed: &[Placed], fog_boxes: &[PlacedBox
         areas_m2[bin] += match body.kind {
             // No path collides with glass.
             BodyKind::Glass => 0.0,
-            BodyKind::Droplet => -PI * radius_m * radius_m * (-load * media.disc_depth(bin)[middle]).exp_m1(),
+            BodyKind::Droplet => disc_area_m2(media, body),
             BodyKind::Ball | BodyKind::Box => 4.0 / 3.0 * PI * radius_m.powi(3) * load * media.c_ext_m2(bin)[middle],
         };
     }
@@ -99,6 +99,20 @@ pub(super) fn bin_areas(media: &Media, placed: &[Placed], fog_boxes: &[PlacedBox
         areas_m2[fog.bin as usize] += volume_m3 * fog.number_per_m3 * media.c_ext_m2(fog.bin as usize)[middle];
     }
     areas_m2
+}
+
+/// The same of glass in each size bin.
+pub(super) fn glass_areas(media: &Media, placed: &[Placed]) -> Vec<f64> {
+    let mut areas_m2 = vec![0.0; media.n_bins()];
+    let glass = placed.iter().filter(|body| body.kind == BodyKind::Glass);
+    glass.for_each(|body| areas_m2[body.bin as usize] += disc_area_m2(media, body));
+    areas_m2
+}
+
+/// What a droplet takes from the light at the middle wavelength, m^2.
+fn disc_area_m2(media: &Media, body: &Placed) -> f64 {
+    let depth = f64::from(body.load) * media.disc_depth(body.bin as usize)[media.n_wavelengths() / 2];
+    -PI * f64::from(body.radius_m).powi(2) * (-depth).exp_m1()
 }
 
 /// Bodies of fog boxes.

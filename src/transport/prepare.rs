@@ -14,7 +14,7 @@ use super::lighting::{Air, Discs, Lighting};
 use super::march::march_steps;
 use super::media::{Absorption, Media};
 use super::pilot::find_rates;
-use super::place::{bin_areas, bin_plan, place_balls, place_boxes, place_particles};
+use super::place::{bin_areas, bin_plan, glass_areas, place_balls, place_boxes, place_particles};
 use super::rates::Rates;
 use super::sample::RenderContext;
 use super::spectral_error::band_error;
@@ -157,7 +157,8 @@ impl Prepared {
         let placed = place_particles(std::mem::take(&mut scene.particles), &bins, &media, resolution.as_ref());
         let areas_m2 = bin_areas(&media, &placed, &fog_boxes);
         // Only chains toward a sun draw from it.
-        let lobes = if lighting.suns.is_empty() { None } else { forward_lobes(&media, &areas_m2) };
+        let with_glass: Vec<f64> = areas_m2.iter().zip(glass_areas(&media, &placed)).map(|(a, b)| a + b).collect();
+        let lobes = if lighting.suns.is_empty() { None } else { forward_lobes(&media, &with_glass) };
         let in_bands = matches!(sampling.mode(), SpectralMode::Bands { .. }) && plan.is_on(Effect::Dispersion);
         let band_error = if in_bands { band_error(&media, &lighting, &areas_m2, !balls.is_empty()) } else { 0.0 };
         let accel = Accel::build(placed, &fog_boxes);

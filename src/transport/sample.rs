@@ -206,7 +206,7 @@ fn add_leg(
     match &ahead {
         Some(ahead) => {
             let seen = std::mem::take(&mut scratch.seen);
-            add_ball_sunlight(ctx, ahead, ray, (Layer::Direct, &seen), random, scratch);
+            add_ball_sunlight(ctx, ahead, ray, (Layer::Direct, &seen), None, random, scratch);
             scratch.seen = seen;
         }
         None => add_behind(ctx, ray, scratch),
@@ -286,12 +286,14 @@ fn note_opacity(lighting: &Lighting, ahead: Option<&Ahead>, scratch: &mut Scratc
     sample.opacity = 1.0 - luminance;
 }
 
-/// The sunlight that a ball scatters back along a ray, theory (74): the mean over its disc.
+/// The sunlight that a ball scatters back along a ray, theory (74): the mean over its disc. Where chains look for what it sends forward, `lobes`
+/// tells what is left to them.
 pub(super) fn add_ball_sunlight(
     ctx: &RenderContext,
     ahead: &Ahead,
     ray: &LocalRay,
     (layer, weight): (Layer, &[f64]),
+    lobes: Option<&ForwardLobes>,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
@@ -304,10 +306,11 @@ pub(super) fn add_ball_sunlight(
         let to_sun = scratch.toward(sun, random);
         scratch.light_sun(ctx, &LocalRay { origin: ahead.ball.center, direction: to_sun });
         let h = turn_h(ray.direction, to_sun);
-        let Scratch { sunlit, layers, .. } = scratch;
-        for (w, radiance) in layers[layer].iter_mut().enumerate().filter(|(w, _)| weight[*w] > 0.0) {
-            let scattered = ctx.media.q_sca(ahead.bin, w) * phase[w].eval(h);
-            *radiance += weight[w] * scattered * sunlit[w] * sun.irradiance[w];
+        for w in (0..weight.len()).filter(|w| weight[*w] > 0.0) {
+            let p = phase[w].eval(h);
+            let p = lobes.map_or(p, |lobes| scratch.apart_from_chains(lobes, w, h, p));
+            let scattered = ctx.media.q_sca(ahead.bin, w) * p;
+            scratch.layers[layer][w] += weight[w] * scattered * scratch.sunlit[w] * sun.irradiance[w];
         }
     }
 }
