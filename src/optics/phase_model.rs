@@ -126,17 +126,16 @@ impl AngleTable {
     pub fn parse(name: &str, text: &str) -> Result<Self, PhaseModelError> {
         let csv = parse_numeric(name, text, 2, 2)?;
         let mut table = Self { name: name.into(), theta_rad: Vec::new(), value: Vec::new() };
-        let mut previous = f64::NEG_INFINITY;
         for Row { line, values } in &csv.rows {
-            let (angle_deg, value) = (values[0], values[1]);
-            if angle_deg <= previous {
+            let (theta_rad, value) = (values[0].to_radians(), values[1]);
+            // Angles that rounding makes one are one.
+            if table.theta_rad.last().is_some_and(|previous| theta_rad <= *previous) {
                 return Err(PhaseModelError::Order { file: name.into(), line: *line });
             }
             if value < 0.0 {
                 return Err(PhaseModelError::Negative { file: name.into(), line: *line, value });
             }
-            previous = angle_deg;
-            table.theta_rad.push(angle_deg.to_radians());
+            table.theta_rad.push(theta_rad);
             table.value.push(value);
         }
         let (first, last) = (csv.rows[0].values[0], previous);
