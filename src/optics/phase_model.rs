@@ -125,25 +125,25 @@ impl AngleTable {
     /// When a row is not numbers, angles do not increase from 0 to 180 degrees, or values are negative or all zero.
     pub fn parse(name: &str, text: &str) -> Result<Self, PhaseModelError> {
         let csv = parse_numeric(name, text, 2, 2)?;
-        let mut table = Self { name: name.into(), theta_rad: Vec::new(), value: Vec::new() };
-        for Row { line, values } in &csv.rows {
-            let (theta_rad, value) = (values[0].to_radians(), values[1]);
-            // Angles that rounding makes one are one.
-            if table.theta_rad.last().is_some_and(|previous| theta_rad <= *previous) {
-                return Err(PhaseModelError::Order { file: name.into(), line: *line });
-            }
-            if value < 0.0 {
-                return Err(PhaseModelError::Negative { file: name.into(), line: *line, value });
-            }
-            table.theta_rad.push(theta_rad);
-            table.value.push(value);
+        let mut theta_rad: Vec<f64> = csv.rows.iter().map(|row| row.values[0].to_radians()).collect();
+        let value: Vec<f64> = csv.rows.iter().map(|row| row.values[1]).collect();
+        let end = csv.rows.len() - 1;
+        let in_order = |theta_rad: &[f64]| match theta_rad.windows(2).position(|pair| pair[1] <= pair[0]) {
+            Some(i) => Err(PhaseModelError::Order { file: name.into(), line: csv.rows[i + 1].line }),
+            None => Ok(()),
+        };
+        in_order(&theta_rad)?;
+        if let Some(Row { line, values }) = csv.rows.iter().find(|row| row.values[1] < 0.0) {
+            return Err(PhaseModelError::Negative { file: name.into(), line: *line, value: values[1] });
         }
-        let (first, last) = (csv.rows[0].values[0], previous);
+        let (first, last) = (csv.rows[0].values[0], csv.rows[end].values[0]);
         if first.abs() > SPAN_SLACK_DEG || (last - 180.0).abs() > SPAN_SLACK_DEG {
             return Err(PhaseModelError::Span { file: name.into(), first, last });
         }
-        let end = table.theta_rad.len() - 1;
-        (table.theta_rad[0], table.theta_rad[end]) = (0.0, PI);
+        // What lies within the slack of the ends may meet them now.
+        (theta_rad[0], theta_rad[end]) = (0.0, PI);
+        in_order(&theta_rad)?;
+        let table = Self { name: name.into(), theta_rad, value };
         if table.value.iter().all(|value| *value == 0.0) {
             return Err(PhaseModelError::Dark(name.into()));
         }
