@@ -116,13 +116,39 @@ fn slips_in_any_kind_of_name_are_recognised() {
         ("--set droplets.distribution=gamma:ref=6um,veff=0.1", "`reff`"),
         ("--set spectral.mode=band:8", "`bands`"),
         ("--set sun.spectrum=d56", "`d65`"),
+        ("--set atmosphere.phase=isotropik", "`isotropic`"),
+        ("--set atmosphere.sunlight=tru", "`true`"),
+        ("--set accuracy.target=draf", "`draft`"),
+        ("--set droplets.size_bins=aut", "`auto`"),
+        ("--set effects.glow=atuo", "`auto`"),
+        ("--effects aut", "`auto`"),
+        ("--accuracy draf", "`draft`"),
     ] {
         assert_says(&bench.fails(2, &render(flags)), &[meant]);
     }
-    assert_says(&bench.fails(2, "rendr cloud.glb"), &["'render'"]);
-    assert_says(&bench.fails(2, "generate -o b.glb --shape cumulos"), &["'cumulus'"]);
-    assert_says(&bench.fails(2, "bench accuracy cloud.glb --knobs bandz"), &["`bands`"]);
-    assert_says(&bench.fails(2, "mie --radius 5um --material watre"), &["`water`"]);
+    assert_says(&bench.fails(2, "generate -o b.glb --shape cumulos"), &["'cumulus'", "puff"]);
+    assert_says(&bench.fails(2, "mie --radius 5um --material watre"), &["`water`", "ice"]);
+}
+
+/// Expected: whoever mistypes a name is told which was meant, and which there are.
+#[test]
+fn slips_are_answered_with_all_that_there_is() {
+    let bench = Bench::with_cloud();
+    for (line, meant, another) in [
+        ("rendr cloud.glb", "'render'", "generate, mie"),
+        ("help rendr", "'render'", "generate, mie"),
+        ("help bench acuracy", "'accuracy'", "particles, effects"),
+        ("man rendr", "`render`", "generate, mie"),
+        ("bench accuracy cloud.glb --knobs bandz", "`bands`", "spp, bands"),
+        ("bench accuracy cloud.glb --targets fne", "`fine`", "draft, standard"),
+        ("inspect cloud.glb --effects +glwo", "`glow`", "direct, multiple"),
+        ("inspect cloud.glb --set atmosfere.step=1", "`atmosphere.step_m`", "atmosphere.depth_m"),
+        ("inspect cloud.glb --set atmosfere=1", "atmosphere.step_m", "atmosphere.depth_m"),
+        ("inspect cloud.glb --set kind=fog", "a node, mesh or material", "atmosphere.*"),
+    ] {
+        assert_says(&bench.fails(2, line), &[meant, another]);
+    }
+    assert_says(&bench.fails(2, "help render cloud"), &["`render` has no commands of its own"]);
 }
 
 /// A custom property whose name is almost ours would do nothing, and nobody would know why. Others' properties are their business.

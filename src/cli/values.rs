@@ -7,6 +7,9 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use num_complex::Complex64;
 
 use crate::film::{block_of, is_whole};
+use crate::plan::accuracy_level;
+use crate::scene::keys::ACCURACY_NAMES;
+use crate::suggest::did_you_mean;
 use crate::units::{parse_bytes, parse_length_m, parse_time_s};
 
 /// Endings of file names that promise a format.
@@ -82,8 +85,11 @@ pub fn parse_index(text: &str) -> Result<Complex64, String> {
 }
 
 pub fn parse_accuracy(text: &str) -> Result<f64, String> {
-    crate::plan::accuracy_level(text)
-        .ok_or_else(|| "draft, standard, fine, reference or a number between 0 and 1 is needed".into())
+    accuracy_level(text).ok_or_else(|| {
+        let names = ACCURACY_NAMES.map(|(name, _)| name);
+        let hint = did_you_mean(text, names);
+        format!("{} or a number between 0 and 1 is needed{hint}", names.join(", "))
+    })
 }
 
 fn whole<const N: usize>(text: &str, separator: char, form: &str) -> Result<[u32; N], String> {
