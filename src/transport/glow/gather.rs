@@ -7,10 +7,12 @@
 use glam::DVec3;
 
 use super::Glow;
-use super::cut::{Bands, Cut, Eye, Item};
+use super::cut::Cut;
 use super::exact::{Around, DRAWN_SUNS, Point};
 use super::extended::point_within;
+use super::eye::{Bands, Eye};
 use super::sources::LEAF;
+use super::weigh::Item;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 use crate::transport::random::{GlowDraw, PathRandom};

@@ -12,6 +12,7 @@ mod blur;
 mod cut;
 mod exact;
 mod extended;
+mod eye;
 mod gather;
 mod light;
 mod mixture;
@@ -21,6 +22,7 @@ mod runs;
 mod shape;
 mod sources;
 mod tree;
+mod weigh;
 
 use glam::DVec3;
 use rayon::prelude::*;
