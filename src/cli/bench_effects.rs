@@ -12,6 +12,7 @@ use super::memory::MemoryLimit;
 use super::progress::Verbosity;
 use super::render::in_thread_pool;
 use super::scene::{load_scene, print_warnings};
+use super::wrapped::beside;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::spectrum::SpectralSampling;
 use crate::study::difference::Difference;
@@ -149,17 +150,18 @@ fn digits(share: f64) -> String {
 }
 
 fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
-    writeln!(
-        out,
-        "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({} \
-         each); CPU s: processor seconds of tree and one picture, without tables; time: share of it that the effect \
-         takes, every estimator asked once per sample, and that the plan told. The plan leaves out what changes less than {}, a \
-         tenth of the target of {}.",
+    let change = format!(
+        "RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({:.2} % each)",
         report.spp,
-        short::percent(report.noise),
-        short::percent(report.threshold),
-        short::percent(report.target),
-    )?;
+        100.0 * report.noise
+    );
+    let cpu = "processor seconds of tree and one picture, without tables";
+    let time = "share of the processor time that the effect takes, every estimator asked once per sample, and that the plan told";
+    let (faint, target) = (short::percent(report.threshold), short::percent(report.target));
+    let plan = format!("leaves out what changes less than {faint}, a tenth of the target of {target}");
+    let notes = [("change  ", change.as_str()), ("CPU s   ", cpu), ("time    ", time), ("plan    ", &plan)];
+    let notes: String = notes.iter().map(|(label, note)| beside(label, note)).collect();
+    write!(out, "\n{notes}")?;
     let Some(everything) = &report.everything else {
         return writeln!(out, "the picture is black");
     };
