@@ -6,7 +6,7 @@
 //!
 //! with the sources' light e going from each to x. `Glow` is made once per picture; `cut` finds the nodes that stand for
 //! all sources, `light` turns them into radiance by wavelength, `near` looks after droplets that are close to the
-//! camera's ray, `gather` puts both into the march.
+//! camera's ray, `gather` puts both into the march, `shaded` with what is in the way.
 
 mod blur;
 mod cut;
@@ -19,6 +19,7 @@ mod mixture;
 mod near;
 mod probe;
 mod runs;
+mod shaded;
 mod shape;
 mod sources;
 mod tree;
