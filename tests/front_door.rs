@@ -173,6 +173,28 @@ fn properties_that_are_almost_ours_are_pointed_out() {
     }
 }
 
+/// Expected: whoever exports meshes without marks is told which meshes, and how to mark them.
+#[test]
+fn scenes_without_droplets_say_what_is_in_them() {
+    let bench = Bench::new();
+    let mesh = |mode: u32| {
+        let accessor = r#"{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}"#;
+        let primitive = format!(r#"{{"attributes": {{"POSITION": 0}}, "mode": {mode}}}"#);
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "accessors": [{accessor}],
+            "nodes": [{{"mesh": 0, "name": "Cube"}}], "meshes": [{{"primitives": [{primitive}]}}]}}"#
+        )
+    };
+    bench.write("mesh.gltf", &mesh(4));
+    assert_says(
+        &bench.fails(3, "inspect mesh.gltf"),
+        &["nothing to render", "\"Cube\"", "--droplets", "kind = \"fog\""],
+    );
+    bench.write("points.gltf", &mesh(0));
+    assert_says(&bench.fails(3, "inspect points.gltf"), &["points without a _RADIUS", "--radius"]);
+    assert_says(&bench.fails(2, "inspect points.gltf --radius 1"), &["--radius", "cm"]);
+}
+
 /// Expected: no PNG is written into a file that others take for something else, no SVG either.
 #[test]
 fn names_of_files_promise_what_is_in_them() {

@@ -76,11 +76,12 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
 
 /// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
 pub fn parse_index(text: &str) -> Result<Complex64, String> {
-    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
-    match parts[..] {
+    let form = "write real and imaginary part as N,K, e.g. 1.33,0";
+    let parts: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    match parts.map_err(|problem| format!("{problem}; {form}"))?[..] {
         [n] => Ok(Complex64::new(n, 0.0)),
         [n, k] => Ok(Complex64::new(n, k)),
-        _ => Err("write real and imaginary part as N,K, e.g. 1.33,0".into()),
+        _ => Err(form.into()),
     }
 }
 
