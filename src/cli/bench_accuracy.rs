@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use super::bench_args::AccuracyArgs;
-use super::bench_effects::{check_outputs, percent, trial, write_json};
 use super::failure::Failure;
 use super::limits::cache_folder;
+use super::measured::{check_outputs, percent, trial, write_json};
 use super::progress::Verbosity;
 use super::render::in_thread_pool;
 use super::scene::print_warnings;

@@ -21,6 +21,7 @@ mod interrupt;
 mod job;
 mod limits;
 mod manual;
+mod measured;
 mod memory;
 mod merge;
 mod mie;
