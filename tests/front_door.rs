@@ -46,9 +46,7 @@ fn help_is_short_or_long_and_ends_with_examples() {
         }
         assert!(short.lines().count() <= 60, "{command}: {} lines", short.lines().count());
         assert!(short.lines().all(|line| line.chars().count() <= 100), "{short}");
-        if !matches!(command, "bench particles" | "bench effects" | "bench accuracy") {
-            assert_says(&short, &["Examples:\n  mie-cloud "]);
-        }
+        assert_says(&short, &["Examples:\n  mie-cloud "]);
         if matches!(command, "render" | "generate") {
             assert!(long.lines().count() > short.lines().count() + 20, "{command}");
         }
