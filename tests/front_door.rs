@@ -137,6 +137,7 @@ fn slips_are_answered_with_all_that_there_is() {
         ("help rendr", "'render'", "generate, mie"),
         ("help bench acuracy", "'accuracy'", "particles, effects"),
         ("man rendr", "`render`", "generate, mie"),
+        ("cloud.glb", "mie-cloud render cloud.glb -o", "generate, mie"),
         ("bench accuracy cloud.glb --knobs bandz", "`bands`", "spp, bands"),
         ("bench accuracy cloud.glb --targets fne", "`fine`", "draft, standard"),
         ("inspect cloud.glb --effects +glwo", "`glow`", "direct, multiple"),
