@@ -22,6 +22,19 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
     closest(word, candidates).map_or_else(String::new, |candidate| format!(" (did you mean `{candidate}`?)"))
 }
 
+/// What is said of a word that names none of the things of a kind: the nearest, where it is near, and all there are.
+///
+/// ```
+/// use mie_cloud::suggest::no_such;
+/// let said = no_such("knob", "bandz", ["spp", "bands"]);
+/// assert_eq!(said, "there is no knob `bandz` (did you mean `bands`?); the knobs are spp, bands");
+/// ```
+pub fn no_such<'a>(kind: &str, word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    let hint = did_you_mean(word, names.iter().copied());
+    format!("there is no {kind} `{word}`{hint}; the {kind}s are {}", names.join(", "))
+}
+
 /// Optimal string alignment: insertions, deletions, substitutions and swaps of neighbours each count one.
 fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());

@@ -46,9 +46,7 @@ fn help_is_short_or_long_and_ends_with_examples() {
         }
         assert!(short.lines().count() <= 60, "{command}: {} lines", short.lines().count());
         assert!(short.lines().all(|line| line.chars().count() <= 100), "{short}");
-        if !matches!(command, "bench particles" | "bench effects" | "bench accuracy") {
-            assert_says(&short, &["Examples:\n  mie-cloud "]);
-        }
+        assert_says(&short, &["Examples:\n  mie-cloud "]);
         if matches!(command, "render" | "generate") {
             assert!(long.lines().count() > short.lines().count() + 20, "{command}");
         }
@@ -116,13 +114,40 @@ fn slips_in_any_kind_of_name_are_recognised() {
         ("--set droplets.distribution=gamma:ref=6um,veff=0.1", "`reff`"),
         ("--set spectral.mode=band:8", "`bands`"),
         ("--set sun.spectrum=d56", "`d65`"),
+        ("--set atmosphere.phase=isotropik", "`isotropic`"),
+        ("--set atmosphere.sunlight=tru", "`true`"),
+        ("--set accuracy.target=draf", "`draft`"),
+        ("--set droplets.size_bins=aut", "`auto`"),
+        ("--set effects.glow=atuo", "`auto`"),
+        ("--effects aut", "`auto`"),
+        ("--accuracy draf", "`draft`"),
     ] {
         assert_says(&bench.fails(2, &render(flags)), &[meant]);
     }
-    assert_says(&bench.fails(2, "rendr cloud.glb"), &["'render'"]);
-    assert_says(&bench.fails(2, "generate -o b.glb --shape cumulos"), &["'cumulus'"]);
-    assert_says(&bench.fails(2, "bench accuracy cloud.glb --knobs bandz"), &["`bands`"]);
-    assert_says(&bench.fails(2, "mie --radius 5um --material watre"), &["`water`"]);
+    assert_says(&bench.fails(2, "generate -o b.glb --shape cumulos"), &["'cumulus'", "puff"]);
+    assert_says(&bench.fails(2, "mie --radius 5um --material watre"), &["`water`", "ice"]);
+}
+
+/// Expected: whoever mistypes a name is told which was meant, and which there are.
+#[test]
+fn slips_are_answered_with_all_that_there_is() {
+    let bench = Bench::with_cloud();
+    for (line, meant, another) in [
+        ("rendr cloud.glb", "'render'", "generate, mie"),
+        ("help rendr", "'render'", "generate, mie"),
+        ("help bench acuracy", "'accuracy'", "particles, effects"),
+        ("man rendr", "`render`", "generate, mie"),
+        ("cloud.glb", "mie-cloud render cloud.glb -o", "generate, mie"),
+        ("bench accuracy cloud.glb --knobs bandz", "`bands`", "spp, bands"),
+        ("bench accuracy cloud.glb --targets fne", "`fine`", "draft, standard"),
+        ("inspect cloud.glb --effects +glwo", "`glow`", "direct, multiple"),
+        ("inspect cloud.glb --set atmosfere.step=1", "`atmosphere.step_m`", "atmosphere.depth_m"),
+        ("inspect cloud.glb --set atmosfere=1", "atmosphere.step_m", "atmosphere.depth_m"),
+        ("inspect cloud.glb --set kind=fog", "a node, mesh or material", "atmosphere.*"),
+    ] {
+        assert_says(&bench.fails(2, line), &[meant, another]);
+    }
+    assert_says(&bench.fails(2, "help render cloud"), &["`render` has no commands of its own"]);
 }
 
 /// A custom property whose name is almost ours would do nothing, and nobody would know why. Others' properties are their business.
@@ -145,6 +170,28 @@ fn properties_that_are_almost_ours_are_pointed_out() {
     for foreign in ["cloud", "mie", "mie_cloud_generator", "miecloudlike", "kind"] {
         assert_eq!(inspect(foreign).status.code(), Some(0), "{foreign}");
     }
+}
+
+/// Expected: whoever exports meshes without marks is told which meshes, and how to mark them.
+#[test]
+fn scenes_without_droplets_say_what_is_in_them() {
+    let bench = Bench::new();
+    let mesh = |mode: u32| {
+        let accessor = r#"{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}"#;
+        let primitive = format!(r#"{{"attributes": {{"POSITION": 0}}, "mode": {mode}}}"#);
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "accessors": [{accessor}],
+            "nodes": [{{"mesh": 0, "name": "Cube"}}], "meshes": [{{"primitives": [{primitive}]}}]}}"#
+        )
+    };
+    bench.write("mesh.gltf", &mesh(4));
+    assert_says(
+        &bench.fails(3, "inspect mesh.gltf"),
+        &["nothing to render", "\"Cube\"", "--droplets", "kind = \"fog\""],
+    );
+    bench.write("points.gltf", &mesh(0));
+    assert_says(&bench.fails(3, "inspect points.gltf"), &["points without a _RADIUS", "--radius"]);
+    assert_says(&bench.fails(2, "inspect points.gltf --radius 1"), &["--radius", "cm"]);
 }
 
 /// Expected: no PNG is written into a file that others take for something else, no SVG either.

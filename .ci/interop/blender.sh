@@ -16,7 +16,7 @@ if [ ! -x "$work/blender-venv/bin/python" ]; then
 fi
 "$work/blender-venv/bin/python" "$root/examples/python/blender_scene.py" "$folder/scene.glb" >"$folder/blender.log" 2>&1
 "$program" inspect "$folder/scene.glb" | tee "$folder/inspect.txt"
-grep -q '500 parcels, 1 fog boxes' "$folder/inspect.txt"
+grep -q '500 parcels, 1 fog box$' "$folder/inspect.txt"
 grep -q 'mono:r=8um' "$folder/inspect.txt"
 "$program" render "$folder/scene.glb" -o "$folder/scene.exr" --resolution 64x36 --spp 4 -q
 "$program" render "$folder/scene.glb" -o "$folder/layers.exr" --resolution 64x36 --spp 4 --aov all -q

@@ -78,10 +78,13 @@ pub enum Command {
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
     /// Times generation, tree, tables and rendering against the number of particles
+    #[command(after_help = help::BENCH_PARTICLES)]
     Particles(BenchParticlesArgs),
     /// Switches each effect of a scene on and off: time, change of the picture, and whether the plan was right
+    #[command(after_help = help::BENCH_EFFECTS)]
     Effects(EffectsArgs),
     /// Sweeps every knob of accuracy against the finest settings: error, time, memory, and the cheapest settings
+    #[command(after_help = help::BENCH_ACCURACY)]
     Accuracy(AccuracyArgs),
 }
 

@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use super::bench_args::AccuracyArgs;
-use super::bench_effects::{check_outputs, percent, trial, write_json};
 use super::failure::Failure;
 use super::limits::cache_folder;
+use super::measured::{check_outputs, percent, trial, write_json};
 use super::progress::Verbosity;
 use super::render::in_thread_pool;
 use super::scene::print_warnings;
+use super::wrapped::beside;
 use crate::image::exr;
 use crate::image::file::{Existing, write_atomically};
 use crate::study::accuracy::{External, Knob, Report, Row, Setup, TARGETS, measure};
@@ -110,13 +111,11 @@ fn cells(row: &Row) -> [String; 9] {
 
 fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     let [width, height] = report.resolution;
-    writeln!(
-        out,
-        "\n{width}x{height} against {}; error: RMS over pixels and R, G, B, relative to the mean luminance, with the picture's noise for spp and \
-         target, without it for the other knobs (two renders with the reference's own seeds); CPU s: processor seconds of tree and one \
-         picture, tables apart.",
-        report.reference
-    )?;
+    writeln!(out, "\n{width}x{height} against {}", report.reference)?;
+    let error = "RMS over pixels and R, G, B, relative to the mean luminance, with the picture's noise for spp and target, without it for \
+                 the other knobs (two renders with the reference's own seeds)";
+    let cpu = "processor seconds of tree and one picture, tables apart";
+    write!(out, "{}{}", beside("error   ", error), beside("CPU s   ", cpu))?;
     if !report.without_effect.is_empty() {
         writeln!(out, "without effect in this scene: {}", report.without_effect.join(", "))?;
     }

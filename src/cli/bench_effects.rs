@@ -1,24 +1,16 @@
 //! `mie-cloud bench effects`: what each effect costs and changes, and whether the plan was right about it.
 
 use std::io::Write;
-use std::path::PathBuf;
 
-use serde::Serialize;
-
-use super::bench_args::{EffectsArgs, MeasureArgs};
+use super::bench_args::EffectsArgs;
 use super::failure::Failure;
 use super::limits::cache_folder;
-use super::memory::MemoryLimit;
-use super::progress::Verbosity;
+use super::measured::{check_outputs, percent, trial, write_json};
 use super::render::in_thread_pool;
-use super::scene::{load_scene, print_warnings};
-use crate::image::file::{Existing, check_writable, write_atomically};
-use crate::spectrum::SpectralSampling;
+use super::wrapped::beside;
+use crate::image::file::{Existing, write_atomically};
 use crate::study::difference::Difference;
 use crate::study::effects::{Race, Report, Row, Setup, measure};
-use crate::study::trial::Trial;
-use crate::transport::need::{Held, Need};
-use crate::transport::{RenderRequest, Spectral, Until};
 use crate::units::short;
 
 /// Runs `bench effects`.
@@ -48,55 +40,6 @@ fn run_here(args: &EffectsArgs) -> Result<u8, Failure> {
     }
     write_json(&args.json, &report)?;
     Ok(0)
-}
-
-/// The scene as the arguments have it.
-pub fn trial(args: &MeasureArgs) -> Result<Trial, Failure> {
-    let effects = args.scene.effects.as_deref().map_or(Ok(Default::default()), super::effects::parse);
-    let effects = effects.map_err(Failure::usage)?;
-    let mut scene = load_scene(&args.scene, Some(args.resolution))?;
-    print_warnings(&scene.warnings, Verbosity::Normal);
-    if args.accuracy.is_some() {
-        scene.settings.accuracy.target = args.accuracy;
-    }
-    let trial = Trial::new(scene, effects);
-    MemoryLimit::new(args.scene.memory_limit).check(&trial_need(&trial, args))?;
-    Ok(trial)
-}
-
-/// A render with a copy of the scene beside it, and the pictures that are compared.
-fn trial_need(trial: &Trial, args: &MeasureArgs) -> Need {
-    /// Reference, sums of squares, and two pictures of the setting that is measured, of three numbers a pixel.
-    const PICTURES: u64 = 8;
-    let [width, height] = args.resolution;
-    let request = RenderRequest {
-        seed: args.seed,
-        until: Until::Samples(args.spp),
-        crop: [0, 0, width, height],
-        layers: Vec::new(),
-        spectral: Spectral::Discard,
-    };
-    let sampling = SpectralSampling::new(trial.mode(), trial.scene.settings.sun.spectrum);
-    let held = Held { n_channels: 0, n_copies: 1, n_threads: rayon::current_num_threads() };
-    let mut need = Need::of_render(&trial.scene, &trial.plan(), &sampling, &request, held);
-    let copy = (size_of_val(&trial.scene.particles[..]) + size_of_val(&trial.scene.fog_boxes[..])) as u64;
-    need.add("a copy of the scene", copy, "use fewer droplets, or parcels that stand for many");
-    let pictures = u64::from(width) * u64::from(height) * 24 * PICTURES;
-    need.add("pictures to compare", pictures, "lower --resolution");
-    need
-}
-
-/// Outputs are checked before any work is done.
-pub fn check_outputs<'a>(paths: impl IntoIterator<Item = &'a Option<PathBuf>>) -> Result<(), Failure> {
-    let mut checks = paths.into_iter().flatten().map(|path| check_writable(path, Existing::Replace));
-    checks.try_for_each(|check| check.map_err(Failure::other))
-}
-
-/// Writes a report as JSON, where a file is named.
-pub fn write_json(path: &Option<PathBuf>, report: &impl Serialize) -> Result<(), Failure> {
-    let Some(path) = path else { return Ok(()) };
-    let text = serde_json::to_string_pretty(report).map_err(Failure::other)?;
-    write_atomically(path, Existing::Replace, |out| writeln!(out, "{text}")).map_err(Failure::other)
 }
 
 const TITLES: [&str; 8] = ["effect", "plan", "estimate", "change", "CPU s on", "CPU s off", "time (told)", "verdict"];
@@ -131,35 +74,19 @@ fn time_shares(row: &Row) -> String {
     }
 }
 
-/// A difference with its error: `1.23 +- 0.04 %`; below its noise, what it is at most.
-pub fn percent(difference: &Difference) -> String {
-    if difference.square == 0.0 && difference.square_error == 0.0 {
-        return "0 %".into();
-    }
-    if difference.at_least() > 0.0 {
-        return format!("{} +- {} %", digits(difference.rms()), digits(difference.rms_error()));
-    }
-    format!("below {} %", digits(difference.at_most()))
-}
-
-/// A share in percent: three decimals, or two digits where these would be zeros.
-fn digits(share: f64) -> String {
-    let percent = 100.0 * share;
-    if percent >= 0.01 { format!("{percent:.3}") } else { format!("{percent:.1e}") }
-}
-
 fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
-    writeln!(
-        out,
-        "\nchange: RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({} \
-         each); CPU s: processor seconds of tree and one picture, without tables; time: share of it that the effect \
-         takes, every estimator asked once per sample, and that the plan told. The plan leaves out what changes less than {}, a \
-         tenth of the target of {}.",
+    let change = format!(
+        "RMS over pixels and R, G, B, relative to the mean luminance, without the noise of two renders of {} samples ({:.2} % each)",
         report.spp,
-        short::percent(report.noise),
-        short::percent(report.threshold),
-        short::percent(report.target),
-    )?;
+        100.0 * report.noise
+    );
+    let cpu = "processor seconds of tree and one picture, without tables";
+    let time = "share of the processor time that the effect takes, every estimator asked once per sample, and that the plan told";
+    let (faint, target) = (short::percent(report.threshold), short::percent(report.target));
+    let plan = format!("leaves out what changes less than {faint}, a tenth of the target of {target}");
+    let notes = [("change  ", change.as_str()), ("CPU s   ", cpu), ("time    ", time), ("plan    ", &plan)];
+    let notes: String = notes.iter().map(|(label, note)| beside(label, note)).collect();
+    write!(out, "\n{notes}")?;
     let Some(everything) = &report.everything else {
         return writeln!(out, "the picture is black");
     };

@@ -6,9 +6,9 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::BenchParticlesArgs;
-use super::bench_effects::{check_outputs, write_json};
 use super::failure::Failure;
 use super::limits::peak_rss_bytes;
+use super::measured::{check_outputs, write_json};
 use super::memory::MemoryLimit;
 use super::render::in_thread_pool;
 use super::say::say;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::anyhow;
 
 use crate::scene::settings::{Effect, Switch};
-use crate::suggest::closest;
+use crate::suggest::{closest, did_you_mean, no_such};
 
 /// Reads the list; later entries win.
 pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
@@ -18,10 +18,7 @@ pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
         let (switch, name) = match (entry.strip_prefix('+'), entry.strip_prefix('-')) {
             (Some(name), _) => (Switch::On, name),
             (_, Some(name)) => (Switch::Off, name),
-            _ => {
-                let name = closest(entry, Effect::ALL.iter().map(|(_, name)| *name)).unwrap_or("glow");
-                return Err(anyhow!("--effects {entry}: write `auto`, or a name after a sign, `+{name}` or `-{name}`"));
-            }
+            _ => return Err(no_sign(entry)),
         };
         switches.insert(effect(name)?, switch);
     }
@@ -29,14 +26,22 @@ pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
 }
 
 fn effect(name: &str) -> anyhow::Result<Effect> {
-    let names = || Effect::ALL.iter().map(|(_, name)| *name);
-    Effect::ALL.iter().find(|(_, known)| *known == name).map(|(effect, _)| *effect).ok_or_else(|| {
-        let hint = match closest(name, names()) {
-            Some(known) => format!("did you mean `{known}`?"),
-            None => format!("the effects are {}", names().collect::<Vec<_>>().join(", ")),
-        };
-        anyhow!("--effects: there is no effect `{name}`; {hint}")
-    })
+    let found = Effect::ALL.iter().find(|(_, known)| *known == name).map(|(effect, _)| *effect);
+    found.ok_or_else(|| anyhow!("--effects: {}", no_such("effect", name, names())))
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    Effect::ALL.iter().map(|(_, name)| *name)
+}
+
+/// What is said of an entry without a sign: a name, or a slip for `auto` or for a name.
+fn no_sign(entry: &str) -> anyhow::Error {
+    let auto = did_you_mean(entry, ["auto"]);
+    let name = closest(entry, names()).unwrap_or("glow");
+    let all = names().collect::<Vec<_>>().join(", ");
+    anyhow!(
+        "--effects {entry}{auto}: write `auto`, or a name after a sign, `+{name}` or `-{name}`; the effects are {all}"
+    )
 }
 
 #[cfg(test)]
@@ -56,7 +61,8 @@ mod tests {
         let error = parse("+shadow").unwrap_err().to_string();
         assert!(error.contains("did you mean `shadows`"), "{error}");
         for slip in ["shadows", "shadow"] {
-            assert!(parse(slip).unwrap_err().to_string().ends_with("`+shadows` or `-shadows`"));
+            assert!(parse(slip).unwrap_err().to_string().contains("`+shadows` or `-shadows`; the effects are direct"));
         }
+        assert!(parse("aut").unwrap_err().to_string().contains("did you mean `auto`"));
     }
 }

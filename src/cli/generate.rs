@@ -19,6 +19,7 @@ use crate::scene::model::ParticleKind;
 use crate::scene::settings::Settings;
 use crate::scene::settings_parse::{apply, entries_of_flag};
 use crate::study::make_cloud;
+use crate::units::short::number;
 
 /// Runs the command.
 pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
@@ -38,17 +39,17 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
     if verbosity > Verbosity::Quiet {
         let s = &cloud.summary;
         let magnified = if s.magnification > 1.0 {
-            format!(", drawn {:.3} times as large", s.magnification)
+            format!(", drawn {} times as large", number(s.magnification))
         } else {
             String::new()
         };
         say!(
-            "{}: {} particles for {:.4e} droplets{magnified}; optical depth {:.4}, {:.4} g/m3 of liquid water",
+            "{}: {} particles for {} droplets{magnified}; optical depth {}, {} g/m3 of liquid water",
             args.output.display(),
             cloud.len(),
-            s.droplets,
-            s.optical_depth,
-            s.liquid_water_g_per_m3
+            number(s.droplets),
+            number(s.optical_depth),
+            number(s.liquid_water_g_per_m3)
         );
     }
     Ok(0)

@@ -53,6 +53,24 @@ Examples:
   mie-cloud bench effects fog.gltf
   mie-cloud bench accuracy fog.gltf --plot price.svg";
 
+/// After `bench particles`.
+pub const BENCH_PARTICLES: &str = "\
+Examples:
+  mie-cloud bench particles --counts 1e3,1e4,1e5,1e6 --plot speed.svg
+  mie-cloud bench particles --counts 1e7 --repeat 1 --yes";
+
+/// After `bench effects`.
+pub const BENCH_EFFECTS: &str = "\
+Examples:
+  mie-cloud bench effects fog.gltf
+  mie-cloud bench effects fog.gltf --accuracy fine --to-target --json effects.json";
+
+/// After `bench accuracy`.
+pub const BENCH_ACCURACY: &str = "\
+Examples:
+  mie-cloud bench accuracy fog.gltf --plot price.svg
+  mie-cloud bench accuracy fog.gltf --knobs bands,spp --csv price.csv";
+
 /// After `diff`.
 pub const DIFF: &str = "\
 Examples:

@@ -12,7 +12,7 @@ use super::args::Cli;
 use super::failure::Failure;
 use super::say::say;
 use crate::image::file::{Existing, write_atomically};
-use crate::suggest::closest;
+use crate::suggest::no_such;
 
 #[derive(Debug, Args)]
 pub struct CompletionsArgs {
@@ -63,16 +63,18 @@ fn pages(command: &clap::Command) -> impl Iterator<Item = &clap::Command> {
     command.get_subcommands().filter(|command| command.get_name() != "help")
 }
 
+/// Their names.
+pub fn names(command: &clap::Command) -> impl Iterator<Item = &str> {
+    pages(command).map(clap::Command::get_name)
+}
+
 fn find<'a>(program: &'a clap::Command, path: &[String]) -> Result<&'a clap::Command, Failure> {
     path.iter().try_fold(program, |command, name| {
-        let names = || pages(command).map(clap::Command::get_name);
         command.find_subcommand(name).ok_or_else(|| {
-            let hint = match closest(name, names()) {
-                Some(known) => format!("did you mean `{known}`?"),
-                None if names().next().is_none() => format!("`{}` has no commands of its own", command.get_name()),
-                None => format!("the commands are {}", names().collect::<Vec<_>>().join(", ")),
-            };
-            Failure::usage(anyhow!("there is no command `{name}`; {hint}"))
+            Failure::usage(match names(command).next() {
+                Some(_) => anyhow!(no_such("command", name, names(command))),
+                None => anyhow!("there is no command `{name}`; `{}` has no commands of its own", command.get_name()),
+            })
         })
     })
 }

@@ -21,6 +21,7 @@ mod interrupt;
 mod job;
 mod limits;
 mod manual;
+mod measured;
 mod memory;
 mod merge;
 mod mie;
@@ -32,6 +33,7 @@ mod render;
 mod say;
 mod scene;
 mod stats;
+mod usage;
 mod values;
 mod wrapped;
 
@@ -47,9 +49,11 @@ use say::say;
 /// Runs the program with the given arguments (the first is its own name) and returns its exit code: 0 done, 1 failure,
 /// 2 usage, 3 the scene is at fault, 130 interrupted after saving.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
         Err(error) => {
+            let error = usage::with_commands(error, &arguments);
             // Help and version are not errors; a closed pipe while they print is not one either.
             let _ = error.print();
             return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });

@@ -13,7 +13,7 @@ use crate::image::file::{Existing, write_atomically};
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
 use crate::scene::model::Scene;
 use crate::spectrum::{SpectralMode, SpectralSampling};
-use crate::suggest::closest;
+use crate::suggest::no_such;
 use crate::transport::{RenderRequest, RenderState, Spectral, keep};
 
 /// What the user wants beside R, G, B, A.
@@ -50,14 +50,8 @@ fn parse_aov(list: &str) -> anyhow::Result<Vec<Wanted>> {
             return Ok(all.iter().map(|(wanted, _)| *wanted).collect());
         }
         let found = all.iter().find(|(_, known)| *known == name).map(|(wanted, _)| vec![*wanted]);
-        found.ok_or_else(|| {
-            let names = || all.iter().map(|(_, known)| *known);
-            let hint = closest(name, names()).map_or_else(
-                || format!("the layers are {}, all", names().collect::<Vec<_>>().join(", ")),
-                |known| format!("did you mean `{known}`?"),
-            );
-            anyhow!("--aov: there is no layer `{name}`; {hint}")
-        })
+        let names = all.iter().map(|(_, known)| *known).chain(["all"]);
+        found.ok_or_else(|| anyhow!("--aov: {}", no_such("layer", name, names)))
     };
     let parts: Vec<Vec<Wanted>> =
         list.split(',').map(str::trim).filter(|name| !name.is_empty()).map(one).collect::<Result<_, _>>()?;

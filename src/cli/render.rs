@@ -59,6 +59,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     if let Some(path) = &args.resume {
         state = checkpoint::resume(path, &job.about, &state, job.request.until)?;
     }
+    let kept_rays = state.rays().total();
     let keep = |path: &PathBuf| Checkpoints::new(path, &job.about, args.checkpoint_every);
     let checkpoints = args.checkpoint.as_ref().map(keep).transpose()?;
     // Files that must not be replaced are written once.
@@ -87,7 +88,8 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     output::write(&args.output, args.preview.as_deref(), &picture, part, existing)?;
     seconds.write = watch.lap();
     seconds.total = watch.total();
-    report(args, &job, &prepared, &outcome, seconds, existing)?;
+    let rays_now = outcome.rays.total().saturating_sub(kept_rays);
+    report(args, &job, &prepared, (&outcome, rays_now), seconds, existing)?;
     kept.map_err(|error| Failure::other(anyhow::Error::new(error).context("--checkpoint")))?;
     // A time limit is a way to be done; an interrupt is not.
     let interrupted = outcome.stopped && progress.interrupted();
@@ -152,7 +154,7 @@ fn report(
     args: &RenderArgs,
     job: &Job,
     prepared: &Prepared,
-    outcome: &RenderOutcome,
+    (outcome, rays_now): (&RenderOutcome, u64),
     seconds: Seconds,
     existing: Existing,
 ) -> Result<(), Failure> {
@@ -163,6 +165,7 @@ fn report(
         plan: &job.plan,
         request: &job.request,
         outcome,
+        rays_now,
         noise: outcome.film.noise(),
         seconds,
         peak_rss_bytes: peak_rss_bytes(),

@@ -31,6 +31,8 @@ pub struct Stats<'a> {
     pub plan: &'a EffectPlan,
     pub request: &'a RenderRequest,
     pub outcome: &'a RenderOutcome,
+    /// Rays of this run: without those that a checkpoint brought.
+    pub rays_now: u64,
     pub noise: f64,
     pub seconds: Seconds,
     pub peak_rss_bytes: u64,
@@ -39,7 +41,7 @@ pub struct Stats<'a> {
 
 impl Stats<'_> {
     fn rays_per_second(&self) -> f64 {
-        self.outcome.rays.total() as f64 / self.seconds.render.max(1e-9)
+        self.rays_now as f64 / self.seconds.render.max(1e-9)
     }
 
     /// Writes the JSON.

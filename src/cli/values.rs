@@ -7,6 +7,9 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use num_complex::Complex64;
 
 use crate::film::{block_of, is_whole};
+use crate::plan::accuracy_level;
+use crate::scene::keys::ACCURACY_NAMES;
+use crate::suggest::did_you_mean;
 use crate::units::{parse_bytes, parse_length_m, parse_time_s};
 
 /// Endings of file names that promise a format.
@@ -73,17 +76,21 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
 
 /// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
 pub fn parse_index(text: &str) -> Result<Complex64, String> {
-    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
-    match parts[..] {
+    let form = "write real and imaginary part as N,K, e.g. 1.33,0";
+    let parts: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    match parts.map_err(|problem| format!("{problem}; {form}"))?[..] {
         [n] => Ok(Complex64::new(n, 0.0)),
         [n, k] => Ok(Complex64::new(n, k)),
-        _ => Err("write real and imaginary part as N,K, e.g. 1.33,0".into()),
+        _ => Err(form.into()),
     }
 }
 
 pub fn parse_accuracy(text: &str) -> Result<f64, String> {
-    crate::plan::accuracy_level(text)
-        .ok_or_else(|| "draft, standard, fine, reference or a number between 0 and 1 is needed".into())
+    accuracy_level(text).ok_or_else(|| {
+        let names = ACCURACY_NAMES.map(|(name, _)| name);
+        let hint = did_you_mean(text, names);
+        format!("{} or a number between 0 and 1 is needed{hint}", names.join(", "))
+    })
 }
 
 fn whole<const N: usize>(text: &str, separator: char, form: &str) -> Result<[u32; N], String> {

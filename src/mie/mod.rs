@@ -61,13 +61,13 @@ pub use solver::{Solver, efficiencies};
 #[non_exhaustive]
 pub enum MieError {
     /// The size parameter is not a positive finite number in range.
-    #[error("size parameter x = {0} must lie in 1e-6 ..= 1e6")]
+    #[error("size parameter x = {0} must lie in 1e-6 to 1e6")]
     SizeParameter(f64),
     /// The refractive index is out of range or absorbs with the wrong sign.
     #[error("refractive index {n} + {k}i must have 0.05 <= n <= 20 and 0 <= k <= 100 (k > 0 absorbs)")]
     Index { n: f64, k: f64 },
     /// A scattering angle is out of range or not a number.
-    #[error("scattering angle {0} rad must lie in 0 ..= pi")]
+    #[error("scattering angle {0} rad must lie in 0 to pi")]
     Angle(f64),
     /// A slice for results does not match the angles.
     #[error("{values} slots for results at {angles} angles: the numbers must be equal")]

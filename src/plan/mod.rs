@@ -16,6 +16,7 @@ mod work;
 
 use std::collections::BTreeMap;
 
+use crate::scene::keys::ACCURACY_NAMES;
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
 
@@ -178,8 +179,7 @@ impl EffectPlan {
 
 /// A named accuracy level or a number between 0 and 1: the target relative error of the picture.
 pub fn accuracy_level(text: &str) -> Option<f64> {
-    const LEVELS: [(&str, f64); 4] = [("draft", 0.1), ("standard", 0.05), ("fine", 0.02), ("reference", 0.005)];
-    let named = LEVELS.iter().find(|(name, _)| *name == text).map(|(_, target)| *target);
+    let named = ACCURACY_NAMES.iter().find(|(name, _)| *name == text).map(|(_, target)| *target);
     named.or_else(|| text.parse().ok().filter(|target: &f64| *target > 0.0 && *target < 1.0))
 }
 

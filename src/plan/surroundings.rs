@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Estimate;
 use super::facts::SceneFacts;
 use crate::scene::model::{Lens, Scene, Sun};
-use crate::units::short::percent;
+use crate::units::short::{number, percent};
 
 /// Whether anything lies behind. How bright that is beside what the sun lights is not known before a render: a fog may send the
 /// camera a hundredth of what a white wall would. A background costs no time, so one that is not black is always shown.
@@ -21,7 +21,7 @@ pub(super) fn background(scene: &Scene) -> Estimate {
     if brightest == 0.0 {
         return (Some(0.0), "the background is black".into());
     }
-    (None, format!("radiance {brightest:.3e} lies behind, and costs nothing"))
+    (None, format!("radiance {} lies behind, and costs nothing", number(brightest)))
 }
 
 /// Radius of the rings about the sun and about the point opposite to it, in 1/x.

@@ -72,8 +72,8 @@ fn rays(effect: Effect, scene: &Scene, facts: &SceneFacts, is_on: &dyn Fn(Effect
         Effect::AirMultiple if air.scattering_per_m <= 0.0 => 0.0,
         Effect::AirMultiple => (AIR_FLIGHTS + further) * (1.0 + looks + COLLISION + CHAIN * has_suns),
         Effect::Refraction => facts.glass_cover * GLASS_LEGS * (1.0 + looks),
-        // In what the others are said to take.
-        Effect::Shadows | Effect::Absorption | Effect::Background | Effect::Dispersion | Effect::SunDisc => 0.0,
+        // Shadows, absorption, dispersion, the background and the disc: in what the others are said to take.
+        _ => 0.0,
     }
 }
 

@@ -107,11 +107,14 @@ pub enum SceneFault {
     NoSuchCamera { name: String, available: String },
     /// Nothing in the scene could make a picture.
     #[error(
-        "nothing to render: no droplets, no fog, no air that scatters, no background; mark sphere meshes with \
+        "nothing to render: no droplets, no fog, no air that scatters, no background{found}; mark sphere meshes with \
          extras.mie_cloud.kind = \"droplet\" or --droplets 'NAME*', boxes with kind = \"fog\", give bare points a \
          --radius, or set atmosphere.scattering_per_m or background.radiance"
     )]
-    Empty,
+    Empty {
+        /// What is there instead; empty, or after a semicolon.
+        found: String,
+    },
 }
 
 impl SceneError {

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::folder::Folder;
+use crate::suggest::did_you_mean;
 
 /// A value for a key, and the folder from which it names files.
 #[derive(Clone, Copy)]
@@ -86,9 +87,15 @@ impl<'a> Given<'a> {
             _ => match self.text()?.trim() {
                 "true" | "on" | "1" | "1.0" => Ok(Truth::Yes),
                 "false" | "off" | "0" | "0.0" => Ok(Truth::No),
-                _ => Err("is neither true nor false".into()),
+                _ => Err(self.no_word("is neither true nor false", ["true", "false", "on", "off"])),
             },
         }
+    }
+
+    /// The misfit of a text that is none of the words that are accepted here, with the one that was meant.
+    pub fn no_word<'w>(&self, problem: &str, words: impl IntoIterator<Item = &'w str>) -> Misfit {
+        let text = self.value.as_str().unwrap_or_default().trim();
+        Misfit::Problem(format!("{problem}{}", did_you_mean(text, words)))
     }
 
     /// A list: an array, or text divided at commas.

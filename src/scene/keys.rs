@@ -95,6 +95,7 @@ fn materials(settings: &mut Settings, given: &Given) -> Fit<()> {
 fn size_bins(settings: &mut Settings, given: &Given) -> Fit<()> {
     settings.droplets.size_bins = match given.value.as_str() {
         Some("auto") => None,
+        _ if given.number().is_err() => return Err(given.no_word("is neither `auto` nor a number", ["auto"])),
         _ => Some(given.whole(1, 4096)? as usize),
     };
     Ok(())
@@ -113,7 +114,11 @@ fn air_phase(settings: &mut Settings, given: &Given) -> Fit<()> {
             AirPhase::HenyeyGreenstein { g }
         }
         Some(("mie", distribution)) => AirPhase::Haze(given.with(&distribution.into()).parse(SizeDistribution::parse)?),
-        _ => return Err("is not a phase function of air".into()),
+        _ => {
+            let names = ["isotropic", "rayleigh", "hg", "mie"];
+            let stem = text.split(':').next().unwrap_or_default().into();
+            return Err(given.with(&stem).no_word("is not a phase function of air", names));
+        }
     };
     Ok(())
 }
@@ -141,7 +146,7 @@ fn background_image(settings: &mut Settings, given: &Given) -> Fit<()> {
 fn effect<const N: usize>(settings: &mut Settings, given: &Given) -> Fit<()> {
     let switch = match given.value.as_str() {
         Some("auto") => Switch::Auto,
-        _ => match given.truth().map_err(|_| Misfit::from("is not a switch"))? {
+        _ => match given.truth().map_err(|_| given.no_word("is not a switch", ["auto", "on", "off"]))? {
             Truth::Yes => Switch::On,
             Truth::No => Switch::Off,
         },
@@ -154,6 +159,9 @@ fn target(settings: &mut Settings, given: &Given) -> Fit<()> {
     let named = given.value.as_str().and_then(|text| ACCURACY_NAMES.iter().find(|(name, _)| *name == text.trim()));
     settings.accuracy.target = Some(match named {
         Some((_, target)) => *target,
+        None if given.number().is_err() => {
+            return Err(given.no_word("is neither a level nor a number", ACCURACY_NAMES.map(|(name, _)| name)));
+        }
         None => given.positive(1.0)?,
     });
     Ok(())

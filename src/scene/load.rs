@@ -104,7 +104,7 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings } = parts;
     if particles.is_empty() && fog_boxes.is_empty() {
         if is_dark(&settings) {
-            return Err(SceneError::at("", SceneFault::Empty));
+            return Err(SceneError::at("", SceneFault::Empty { found: found(&warnings) }));
         }
         warnings.push(Warning::new(
             "the scene holds no droplets and no fog",
@@ -127,6 +127,13 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
         Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
     scene.hash = content_hash(&scene);
     Ok(scene)
+}
+
+/// What there is where there is nothing to render, as the first warnings say it.
+fn found(warnings: &[Warning]) -> String {
+    const SAID: usize = 3;
+    let said: Vec<&str> = warnings.iter().take(SAID).map(|warning| warning.what.as_str()).collect();
+    if said.is_empty() { String::new() } else { format!("; instead there are {}", said.join(", ")) }
 }
 
 /// Whether a scene without droplets would be black everywhere.

@@ -77,7 +77,7 @@ fn kind(marks: &mut Marks, given: &Given) -> Fit<()> {
     marks.kind = Some(match given.text()?.trim() {
         "droplet" | "droplets" => MarkKind::Droplet,
         "fog" => MarkKind::Fog,
-        _ => return Err("is neither droplet nor fog".into()),
+        _ => return Err(given.no_word("is neither droplet nor fog", ["droplet", "fog"])),
     });
     Ok(())
 }

@@ -10,7 +10,8 @@ use serde_json::value::RawValue;
 use super::error::{SceneError, SceneFault, SceneResult};
 use super::folder::Folder;
 use super::given::{Given, Misfit};
-use super::keys::Key;
+use super::keys::{Key, SETTINGS};
+use super::marks::{LIGHT, MARKS};
 use crate::excerpt::excerpt;
 use crate::suggest::closest;
 
@@ -205,21 +206,50 @@ fn expectation(range: &str, unit: &str) -> String {
 
 fn unknown<T>(name: &str, keys: &[&[Key<T>]]) -> SceneFault {
     let names: Vec<&str> = keys.iter().copied().flatten().map(|key| key.name).collect();
-    let suggestion = match nearest(name, &names) {
-        Some(known) => format!("did you mean `{known}`?"),
-        None => format!("{}; docs/scene-format.md lists them with units, defaults and ranges", known(name, &names)),
+    // Words far longer than any key are no slips; the bound also keeps comparisons cheap.
+    let word: String = name.chars().take(60).collect();
+    let nearest = nearest(&word, &names);
+    let hint = match nearest {
+        Some(key) => format!("did you mean `{key}`? "),
+        None => elsewhere(name, &names).map_or_else(String::new, |place| format!("it belongs to {place}; ")),
     };
+    let known = known(nearest.unwrap_or(&word), &names);
+    let suggestion = format!("{hint}{known}; docs/scene-format.md lists them with units, defaults and ranges");
     SceneFault::UnknownKey { key: excerpt(name), suggestion }
+}
+
+/// Where a key belongs that is not one of these.
+fn elsewhere(name: &str, names: &[&str]) -> Option<&'static str> {
+    let is_among = |keys: &[&str]| keys.contains(&name) && !keys.iter().all(|key| names.contains(key));
+    if is_among(&SETTINGS.iter().map(|key| key.name).collect::<Vec<_>>()) {
+        return Some("the scene");
+    }
+    if is_among(&MARKS.iter().map(|key| key.name).collect::<Vec<_>>()) {
+        return Some("a node, mesh or material with droplets or fog");
+    }
+    is_among(&LIGHT.iter().map(|key| key.name).collect::<Vec<_>>()).then_some("a sun")
+}
+
+/// The part of a key before its first dot.
+fn group(key: &str) -> &str {
+    key.split('.').next().unwrap_or_default()
+}
+
+/// The part of a key after its last dot.
+fn last_part(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
 }
 
 /// The known keys of the same group, or all where there are few, or the groups.
 fn known(name: &str, names: &[&str]) -> String {
     const FEW: usize = 12;
-    let group = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
-    let of_group: Vec<&str> = names.iter().copied().filter(|known| group(known) == group(name)).collect();
-    if !of_group.is_empty() || names.len() <= FEW {
-        let shown = if of_group.is_empty() { names.to_vec() } else { of_group };
-        return format!("known are {}", shown.join(", "));
+    let meant = closest(group(name), names.iter().copied().map(group)).unwrap_or_default();
+    let of_group: Vec<&str> = names.iter().copied().filter(|known| group(known) == meant).collect();
+    if names.len() <= FEW {
+        return format!("known are {}", names.join(", "));
+    }
+    if !of_group.is_empty() {
+        return format!("known are {}", of_group.join(", "));
     }
     let mut groups: Vec<String> = names.iter().map(|known| format!("{}.*", group(known))).collect();
     groups.dedup();
@@ -228,12 +258,8 @@ fn known(name: &str, names: &[&str]) -> String {
 
 /// The known key that is nearest to a mistyped one; also if only its last part was written.
 fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    // Words far longer than any key are no slips; the bound also keeps the comparison cheap.
-    let name: String = name.chars().take(60).collect();
-    let last_part = |key: &'a str| key.rsplit('.').next().unwrap_or(key);
-    let part = name.rsplit('.').next().unwrap_or(&name);
-    closest(&name, known.iter().copied()).or_else(|| {
-        let near = closest(part, known.iter().copied().map(last_part))?;
+    closest(name, known.iter().copied()).or_else(|| {
+        let near = closest(last_part(name), known.iter().copied().map(last_part))?;
         known.iter().copied().find(|key| last_part(key) == near)
     })
 }

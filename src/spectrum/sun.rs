@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::LazyLock;
 
 use super::SpectrumError;
-use super::observer::{LUMENS_PER_WATT, VISIBLE_MAX_NM, VISIBLE_MIN_NM, color_matching};
+use super::observer::{VISIBLE_MAX_NM, VISIBLE_MIN_NM, color_matching};
 use super::table::WavelengthTable;
 
 /// Which solar spectrum lights the scene in `bands` mode.
@@ -77,11 +77,6 @@ impl SunSpectrum {
     pub fn xyz(self) -> [f64; 3] {
         self.xyz_between(VISIBLE_MIN_NM, VISIBLE_MAX_NM)
     }
-
-    /// Illuminance of the spectrum as tabulated, lx.
-    pub fn illuminance_lux(self) -> f64 {
-        LUMENS_PER_WATT * self.xyz()[1]
-    }
 }
 
 /// Midpoint steps of a quarter of the tables' 1 nm, so that the kinks of the data do not matter.
@@ -106,6 +101,7 @@ impl fmt::Display for SunSpectrum {
 
 #[cfg(test)]
 mod tests {
+    use super::super::observer::LUMENS_PER_WATT;
     use super::*;
 
     #[test]
@@ -122,7 +118,7 @@ mod tests {
     fn illuminances_are_those_of_the_tables() {
         let published = [(SunSpectrum::E490, 133_315.0), (SunSpectrum::G173Extraterrestrial, 133_095.0)];
         for (spectrum, lux) in published.into_iter().chain([(SunSpectrum::G173Direct, 97_139.0)]) {
-            let relative = spectrum.illuminance_lux() / lux - 1.0;
+            let relative = LUMENS_PER_WATT * spectrum.xyz()[1] / lux - 1.0;
             assert!(relative.abs() < 1e-3, "{spectrum}: {relative:e}");
         }
     }

@@ -34,6 +34,7 @@ mod spectral_error;
 mod split;
 mod state;
 mod transmittance;
+mod wanted_tables;
 
 pub use backdrop::{Backdrop, BackdropError, LatLong};
 pub use ball::{Ball, Branch, Strike, SurfaceEvent, reflectance};

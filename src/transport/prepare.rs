@@ -1,7 +1,6 @@
 //! From a planned scene to what the picture loop reads: tables, bodies, tree, light.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use thiserror::Error;
 
@@ -18,25 +17,17 @@ use super::place::{bin_areas, bin_plan, glass_areas, place_balls, place_boxes, p
 use super::rates::Rates;
 use super::sample::RenderContext;
 use super::spectral_error::band_error;
+use super::wanted_tables::{
+    Wavelengths, air_phases, build_tables, cut_peaks, fill_fog, table_settings, table_wavelengths,
+};
 use crate::accel::Accel;
-use crate::optics::DropletClass;
-use crate::optics::bins::BinPlan;
-use crate::optics::distribution::{Shape, SizeDistribution};
-use crate::optics::material::Material;
-use crate::optics::phase_function::PhaseFunction;
-use crate::optics::phase_model::PhaseModel;
-use crate::optics::size_average::AverageAccuracy;
-use crate::optics::tables::{OpticalTables, OpticsError, TableSettings};
+use crate::optics::tables::{OpticalTables, OpticsError};
 use crate::plan::{EffectPlan, Switches};
-use crate::scene::fog::PerDroplet;
 use crate::scene::model::{Camera, ParticleKind, Scene};
 use crate::scene::resolved::Resolution;
-use crate::scene::settings::{Accuracy, AirPhase, Effect};
+use crate::scene::settings::{Accuracy, Effect};
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::warning::Warning;
-
-/// The wavelength at which scenes give extinction coefficients of fog, m.
-const FOG_WAVELENGTH_M: f64 = 550e-9;
 
 /// The picture's target where the scene sets none.
 const DEFAULT_TARGET: f64 = 0.05;
@@ -269,100 +260,6 @@ fn forward_lobes(media: &Media, areas_m2: &[f64]) -> Option<ForwardLobes> {
     let mixture = |w: usize| bins().map(|bin| (areas_m2[bin], &*media.phase(bin)[w])).collect();
     let mixtures: Vec<Vec<_>> = (0..media.n_wavelengths()).map(mixture).collect();
     ForwardLobes::new(&mixtures)
-}
-
-/// Wavelengths that need tables, m.
-#[derive(Clone, Copy, Default)]
-struct Wavelengths<'a> {
-    middles_m: &'a [f64],
-    /// Edges of the bands; none where each wavelength is meant alone.
-    edges_m: &'a [f64],
-}
-
-/// What needs tables; without dispersion all wavelengths share the middle one.
-fn table_wavelengths<'a>(plan: &EffectPlan, sampling: &'a SpectralSampling) -> Wavelengths<'a> {
-    let all = &sampling.wavelengths_m;
-    if plan.is_on(Effect::Dispersion) {
-        return Wavelengths { middles_m: all, edges_m: &sampling.band_edges_m };
-    }
-    let middle = all.len() / 2;
-    let edges_m = sampling.band_edges_m.get(middle..middle + 2).unwrap_or_default();
-    Wavelengths { middles_m: &all[middle..=middle], edges_m }
-}
-
-fn build_tables(
-    scene: &Scene,
-    bins: &BinPlan,
-    wavelengths: Wavelengths,
-    cache: Option<&Path>,
-) -> Result<OpticalTables, OpticsError> {
-    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths, cache))
-}
-
-/// The tables without their forward peaks, where the settings ask for it.
-fn cut_peaks(tables: OpticalTables, angle_deg: f64, absorption: Absorption) -> OpticalTables {
-    if angle_deg == 0.0 {
-        return tables;
-    }
-    tables.without_peaks(angle_deg.to_radians(), |optics| match absorption {
-        Absorption::Simulated => optics.albedo,
-        Absorption::LeftOut => 1.0,
-    })
-}
-
-fn table_settings<'a>(accuracy: &Accuracy, wavelengths: Wavelengths<'a>, cache: Option<&'a Path>) -> TableSettings<'a> {
-    let asked = accuracy.target.map_or_else(AverageAccuracy::picture, AverageAccuracy::for_target);
-    let angle_tolerance = accuracy.angle_tolerance.unwrap_or(asked.angle_tolerance);
-    TableSettings {
-        wavelengths_m: wavelengths.middles_m,
-        band_edges_m: wavelengths.edges_m,
-        size_parameter_cap: accuracy.size_parameter_cap,
-        accuracy: AverageAccuracy { angle_tolerance, ..asked },
-        cache,
-    }
-}
-
-/// Gives every ball and box of fog its number of droplets, from their extinction at 550 nm and their mass.
-fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
-    let settings =
-        table_settings(&scene.settings.accuracy, Wavelengths { middles_m: &[FOG_WAVELENGTH_M], edges_m: &[] }, None);
-    scene.fill_fog(|class, own_radius_m| {
-        let distribution = match own_radius_m {
-            Some(r_m) => SizeDistribution { shape: Shape::Mono { r_m }, r_min_m: r_m, r_max_m: r_m },
-            None => class.distribution.clone(),
-        };
-        let class = DropletClass { distribution, phase: PhaseModel::Isotropic, ..class.clone() };
-        let tables = OpticalTables::build(&BinPlan::of_distribution(&class), std::slice::from_ref(&class), &settings)?;
-        let mass_g = 1e3 * class.material.density_kg_per_m3() * tables.bins[0].mean_volume_m3;
-        Ok(PerDroplet { mass_g, extinction_m2: tables.get(0, 0).c_ext_m2 })
-    })
-}
-
-/// The air's phase function at every wavelength.
-fn air_phases(
-    scene: &Scene,
-    wavelengths: Wavelengths,
-    cache: Option<&Path>,
-) -> Result<Vec<Arc<PhaseFunction>>, OpticsError> {
-    let air = &scene.settings.atmosphere;
-    let same = |phase: PhaseFunction| Ok(vec![Arc::new(phase)]);
-    match &air.phase {
-        _ if air.scattering_per_m == 0.0 => same(PhaseFunction::Isotropic),
-        AirPhase::Isotropic => same(PhaseFunction::Isotropic),
-        AirPhase::Rayleigh => same(PhaseFunction::Rayleigh),
-        AirPhase::HenyeyGreenstein { g } => same(PhaseFunction::henyey_greenstein(*g)),
-        AirPhase::Haze(distribution) => {
-            let class = DropletClass {
-                material: Material::Water,
-                phase: PhaseModel::Mie,
-                distribution: distribution.clone(),
-                albedo: None,
-            };
-            let settings = table_settings(&scene.settings.accuracy, wavelengths, cache);
-            let tables = OpticalTables::build(&BinPlan::of_distribution(&class), &[class], &settings)?;
-            Ok((0..wavelengths.middles_m.len()).map(|w| tables.get(0, w).phase.clone()).collect())
-        }
-    }
 }
 
 fn counts(scene: &Scene, tables: &OpticalTables) -> Counts {

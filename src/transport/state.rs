@@ -54,6 +54,11 @@ impl RenderState {
         self.films.iter().map(Film::samples).sum()
     }
 
+    /// Rays traced for these sums, before and after they were kept.
+    pub fn rays(&self) -> RayCounts {
+        self.rays
+    }
+
     /// The outcome, if nothing more is done.
     pub fn finish(self, request: &RenderRequest, stopped: bool) -> RenderOutcome {
         let runs = request.until.runs();

@@ -19,9 +19,10 @@ pub enum UnitError {
     Range(String),
 }
 
-const LENGTHS: [(&str, f64); 6] = [("nm", 1e-9), ("um", 1e-6), ("µm", 1e-6), ("mm", 1e-3), ("km", 1e3), ("m", 1.0)];
+const LENGTHS: [(&str, f64); 7] =
+    [("nm", 1e-9), ("um", 1e-6), ("µm", 1e-6), ("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("km", 1e3)];
 
-/// Reads a length with its unit (nm, um, mm, m, km), in metres.
+/// Reads a length with its unit (nm, um, mm, cm, m, km), in metres.
 ///
 /// # Errors
 /// When the number is missing, negative or not finite, or the unit is missing or unknown.
@@ -38,7 +39,7 @@ pub fn parse_length_m(text: &str) -> Result<f64, UnitError> {
         .iter()
         .find(|(name, _)| *name == unit)
         .map(|(_, scale)| *scale)
-        .ok_or(UnitError::Unit { text: text.into(), expected: "nm, um, mm, m, km" })?;
+        .ok_or(UnitError::Unit { text: text.into(), expected: "nm, um, mm, cm, m, km" })?;
     // Dividing by an exact power of ten rounds once; 5um is 5e-6, not 4.9999999999999996e-6.
     let value_m = if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
     // Kilometres can overflow.
@@ -193,6 +194,7 @@ mod tests {
     #[test]
     fn lengths_carry_a_unit() {
         assert_eq!(parse_length_m("550nm"), Ok(550e-9));
+        assert_eq!(parse_length_m("3cm"), Ok(0.03));
         assert_eq!(parse_length_m("1.5e2 mm"), Ok(0.15));
         assert_eq!(parse_length_m("2km"), Ok(2000.0));
         assert!(matches!(parse_length_m("5"), Err(UnitError::Unit { .. })));

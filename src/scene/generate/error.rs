@@ -22,7 +22,7 @@ pub enum GenerateError {
     Shape { name: String, known: String },
     /// The cloud does not fit in a GLB file.
     #[error(
-        "{count} particles take {}, more than the {} of a GLB file: lower `--count` to {max_count}, or use `--kind parcels`",
+        "{count} particles take {}, more than the {} of a GLB file: lower `--count` to {max_count} (a parcel stands for many droplets)",
         format_bytes(u64::try_from(*.bytes).unwrap_or(u64::MAX)), format_bytes(*.limit_bytes)
     )]
     TooLarge { count: u64, bytes: u128, limit_bytes: u64, max_count: u64 },

@@ -63,10 +63,11 @@ impl<'a> Cameras<'a> {
             let available = match self.names.as_slice() {
                 [] => "the scene has none".into(),
                 [only] => format!("the scene's only one is `{only}`"),
-                names => match closest(wanted, names.iter().map(String::as_str)) {
-                    Some(name) => format!("did you mean `{name}`?"),
-                    None => format!("there are {}", names.join(", ")),
-                },
+                names => {
+                    let hint = closest(wanted, names.iter().map(String::as_str));
+                    let hint = hint.map_or_else(String::new, |name| format!("did you mean `{name}`? "));
+                    format!("{hint}there are {}", names.join(", "))
+                }
             };
             return Err(SceneError::at("--camera", SceneFault::NoSuchCamera { name: excerpt(wanted), available }));
         }

@@ -7,7 +7,7 @@ use crate::plan::{EffectPlan, SceneFacts};
 use crate::scene::settings::Effect;
 use crate::spectrum::SpectralMode;
 use crate::study::trial::{MOST_SPP, Trial};
-use crate::suggest::did_you_mean;
+use crate::suggest::no_such;
 use crate::transport::Until;
 
 /// Bands of the reference: those of accuracy `reference`.
@@ -82,10 +82,7 @@ impl FromStr for Knob {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.iter().find(|(_, name)| *name == text.trim()).map(|(knob, _)| *knob);
-        let names = Self::ALL.map(|(_, name)| name);
-        found.ok_or_else(|| {
-            format!("there is no knob `{text}`{}; the knobs are {}", did_you_mean(text, names), names.join(", "))
-        })
+        found.ok_or_else(|| no_such("knob", text, Self::ALL.map(|(_, name)| name)))
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::Glow;
 use super::blur::Spot;
-use super::cut::{Eye, Item, turn};
+use super::eye::Eye;
 use super::sources::LEAF;
+use super::weigh::{Item, turn};
 use crate::accel::Accel;
 use crate::transport::lighting::Lighting;
 

@@ -6,30 +6,38 @@
 //!
 //! with the sources' light e going from each to x. `Glow` is made once per picture; `cut` finds the nodes that stand for
 //! all sources, `light` turns them into radiance by wavelength, `near` looks after droplets that are close to the
-//! camera's ray, `gather` puts both into the march.
+//! camera's ray, `gather` puts both into the march, `shaded` with what is in the way.
 
+mod bin_phases;
 mod blur;
 mod cut;
 mod exact;
 mod extended;
+mod eye;
 mod gather;
 mod light;
 mod mixture;
 mod near;
 mod probe;
+mod rows;
 mod runs;
+mod shaded;
 mod shape;
 mod sources;
+mod totals;
 mod tree;
+mod weigh;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::bin_phases::BinPhases;
 use self::blur::{BlurTable, step_for};
 use self::mixture::Mixture;
 use self::runs::Run;
 use self::shape::own_grains;
 use self::sources::{OpticalRows, Slot, SunShare, amount_of, drawn_radius_m, own_variance_m2};
+use self::totals::{extent, full_light, media_step, scattering_by_bin, total_scattering};
 use self::tree::{Remainders, Summary, Tree};
 use super::lighting::Lighting;
 use super::media::Media;
@@ -38,9 +46,6 @@ use crate::accel::Accel;
 pub(super) use self::gather::{GlowScratch, add_step, begin_ray};
 pub(super) use self::near::add_near;
 pub use self::probe::GlowProbe;
-
-/// Numbers of sharp phase tables that are kept bin by bin; beyond, single droplets too are told apart by deviations.
-const MOST_TABLED: usize = 1 << 24;
 
 /// Relative error for which exact sums describe phase functions; they use them only to choose.
 const EXACT: f64 = 0.01;
@@ -246,49 +251,6 @@ impl Glow {
     }
 }
 
-/// Middle of all centres, m, and half their extent (or the largest radius, where they are one point).
-fn extent(accel: &Accel) -> Option<(DVec3, f64)> {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = accel.bodies().iter().fold(none, |(a, b), body| (a.min(body.center), b.max(body.center)));
-    if accel.is_empty() {
-        return None;
-    }
-    let widest = |body| accel.half_edges(body).x_axis.length();
-    let own_m = accel.bodies().iter().map(widest).fold(f64::MIN_POSITIVE, f64::max);
-    let half_m = 0.5 * (high - low).max_element();
-    Some((0.5 * (low + high), if half_m > 1e-3 * own_m { half_m } else { own_m }))
-}
-
-/// Finest step that any bin's phase function needs.
-fn media_step(media: &Media) -> f64 {
-    let phases = (0..media.n_bins()).flat_map(|bin| media.phase(bin));
-    phases.map(|phase| step_for(phase.max_value())).fold(f64::INFINITY, f64::min)
-}
-
-/// What every bin scatters in all, one row of wavelengths per bin.
-fn scattering_by_bin(accel: &Accel, media: &Media, rows: &OpticalRows, slots: &[Slot]) -> Vec<f64> {
-    let n = media.n_wavelengths();
-    let mut sums = vec![0.0; media.n_bins() * n];
-    for slot in slots {
-        let body = accel.body(slot.body);
-        let sums = &mut sums[body.bin() * n..(body.bin() + 1) * n];
-        sums.iter_mut().zip(rows.of(body)).for_each(|(sum, c)| *sum += f64::from(slot.amount) * c);
-    }
-    sums
-}
-
-fn full_light(row: &[f64], lighting: &Lighting) -> f64 {
-    let of = |irradiance: &[f64]| -> f64 {
-        let shares = &lighting.luminance_weights;
-        row.iter().zip(irradiance).zip(shares).map(|((c, e), share)| c * e * share).sum()
-    };
-    lighting.suns.iter().map(|sun| of(&sun.irradiance)).sum()
-}
-
-fn total_scattering(accel: &Accel, rows: &OpticalRows, lighting: &Lighting, slots: &[Slot]) -> f64 {
-    slots.iter().map(|slot| full_light(rows.of(accel.body(slot.body)), lighting) * f64::from(slot.amount)).sum()
-}
-
 fn suns(lighting: &Lighting) -> Vec<GlowSun> {
     let light = |irradiance: &[f64]| -> f64 {
         irradiance.iter().zip(&lighting.luminance_weights).map(|(e, share)| e * share).sum()
@@ -311,37 +273,4 @@ fn air_table(lighting: &Lighting) -> BlurTable {
     BlurTable::new(step_rad, phases.len(), shares, |h, out| {
         out.iter_mut().zip(phases).for_each(|(out, phase)| *out = phase.eval(h));
     })
-}
-
-/// Phase functions of single bins on the grid of the mixture's, wavelengths running fastest.
-struct BinPhases {
-    /// Entries per bin: all, the sharp ones, or none, as memory allows.
-    n_entries: usize,
-    /// Whether all entries are there.
-    is_blurred: bool,
-    values: Vec<f32>,
-}
-
-impl BinPhases {
-    fn new(media: &Media, phases: &BlurTable, step_rad: f64) -> Self {
-        let (n_bins, n) = (media.n_bins(), media.n_wavelengths());
-        let fits = |n_entries: usize| n_bins >= 2 && n_bins * n * n_entries <= MOST_TABLED;
-        let eval = |bin: usize, h: f64, out: &mut [f64]| {
-            out.iter_mut().zip(media.phase(bin)).for_each(|(out, phase)| *out = phase.eval(h));
-        };
-        let of_all = |one: &(dyn Fn(usize) -> Vec<f32> + Sync)| -> Vec<f32> {
-            (0..n_bins).into_par_iter().map(one).collect::<Vec<_>>().concat()
-        };
-        if fits(phases.len()) {
-            let one = |bin: usize| BlurTable::new(step_rad, n, &[], |h, out| eval(bin, h, out)).into_values();
-            return Self { n_entries: phases.len(), is_blurred: true, values: of_all(&one) };
-        }
-        if fits(phases.sharp_len()) {
-            let h: Vec<f64> = phases.sharp_h().collect();
-            let at = |bin: usize, h: f64| media.phase(bin).iter().map(move |phase| phase.eval(h) as f32);
-            let one = |bin: usize| h.iter().flat_map(|h| at(bin, *h)).collect();
-            return Self { n_entries: phases.sharp_len(), is_blurred: false, values: of_all(&one) };
-        }
-        Self { n_entries: 0, is_blurred: false, values: Vec::new() }
-    }
 }

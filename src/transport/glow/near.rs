@@ -9,7 +9,8 @@ use glam::DVec3;
 
 use super::Glow;
 use super::exact::{Around, Point};
-use super::gather::{GlowScratch, shade};
+use super::gather::GlowScratch;
+use super::shaded::shade;
 use super::sources::{LEAF, drawn_radius_m};
 use crate::accel::LocalRay;
 use crate::film::Layer;

@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::Glow;
-use super::cut::{Bands, Cut};
+use super::cut::Cut;
 use super::exact::{Around, Point};
+use super::eye::Bands;
 use crate::transport::random::hash_uniform;
 use crate::transport::sample::RenderContext;
 
