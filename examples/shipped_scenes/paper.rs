@@ -13,7 +13,9 @@ use super::document::{no_files, of_cloud, settings};
 /// A droplet of one of the paper's figures, drawn a metre wide in white light from the upper left, which passes it at right
 /// angles to the view: what goes forward lights the air to the lower right, what goes backward that to the upper left.
 pub fn figure(figure: &Figure) -> Result<Value, Box<dyn Error>> {
-    let distribution = format!("mono:r={}nm", 0.5 * figure.diameter_nm);
+    // To the picometre, as the figures give diameters; halves of a decimal number are not always the nearest to their text.
+    let radius_um = (figure.diameter_nm * 5e5).round() / 1e9;
+    let distribution = format!("mono:r={radius_um}um");
     let camera = CameraPlacement { position_m: [0.0, 0.0, 6.0], target_m: [0.0; 3] };
     of_cloud(&Recipe {
         count: 1,
