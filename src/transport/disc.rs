@@ -70,6 +70,9 @@ pub(super) fn draws_discs(ctx: &RenderContext) -> bool {
 
 /// Adds the light of the discs that reaches a pixel past droplets and air, where no glass is in the way.
 pub(super) fn add_discs(ctx: &RenderContext, pixel: [u32; 2], random: &PathRandom, scratch: &mut Scratch) {
+    if ctx.lighting.suns.iter().all(SunLight::is_point) {
+        return;
+    }
     let Some(lookup) = Lookup::new(ctx) else { return };
     let corner = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1]));
     let is_near = |sun: &&SunLight| !sun.is_point() && lookup.may_touch(sun, corner);

@@ -122,7 +122,8 @@ impl Rates {
     pub(super) fn asks(&self, random: &PathRandom) -> [Ask; Part::ALL.len()] {
         Part::ALL.map(|part| match self.of(part) {
             NEVER => Ask { times: 0, weight: 0.0 },
-            exponent @ 0.. => Ask { times: 1 << exponent, weight: f64::from(-exponent).exp2() },
+            0 => Ask { times: 1, weight: 1.0 },
+            exponent @ 1.. => Ask { times: 1 << exponent, weight: f64::from(-exponent).exp2() },
             exponent => {
                 let every = 1 << -exponent;
                 let times = u32::from(random.is_its_turn(part as u32, every));
