@@ -10,6 +10,7 @@ mod picture;
 mod seen;
 mod shade;
 mod sources;
+mod steps;
 mod surroundings;
 mod view;
 mod work;
@@ -23,6 +24,7 @@ use crate::scene::settings::{Effect, Switch};
 pub use facts::SceneFacts;
 pub use light::Parts;
 pub use seen::SeenDepths;
+pub use steps::{LAST_OPTICAL_DEPTH, MOST_STEPS, march_steps};
 
 /// What the inner loops need to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

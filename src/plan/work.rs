@@ -3,6 +3,7 @@
 //! A share of the time is good to a factor of two or three: enough to see what a render will be busy with.
 
 use super::facts::SceneFacts;
+use super::steps::march_steps;
 use crate::scene::model::Scene;
 use crate::scene::settings::{Atmosphere, Effect};
 
@@ -33,10 +34,6 @@ const AIR_FLIGHTS: f64 = 2.0;
 
 /// Legs of the way through glass of the share of the picture that it covers.
 const GLASS_LEGS: f64 = 8.0;
-
-/// The march takes no more steps than this, and ends at this optical depth (as `transport`'s does).
-const MOST_STEPS: f64 = 4096.0;
-const LAST_OPTICAL_DEPTH: f64 = 46.0;
 
 /// Shares of the time that effects take, were each estimator asked once per sample: of those that are on in what is planned, of others if they
 /// were on besides. Parallel to `effects`, each with whether it is on; `None` where an effect has no rays of its own.
@@ -95,6 +92,6 @@ fn steps(air: &Atmosphere) -> f64 {
     if air.scattering_per_m <= 0.0 {
         return 0.0;
     }
-    let way_m = air.depth_m.min(LAST_OPTICAL_DEPTH / (air.scattering_per_m + air.absorption_per_m));
-    (way_m / air.step_m).ceil().clamp(1.0, MOST_STEPS)
+    let extinction_per_m = air.scattering_per_m + air.absorption_per_m;
+    f64::from(march_steps(extinction_per_m, air.step_m, air.depth_m).0)
 }

@@ -53,29 +53,34 @@ impl<'a> Lookup<'a> {
         4.0 * self.half.x * self.half.y / (self.size.x * self.size.y) * cos.powi(3)
     }
 
-    /// Whether some of a disc may lie in a pixel.
-    fn may_touch(&self, sun: &SunLight, corner: DVec2) -> bool {
-        let angle = (2.0 * sun.disc_h).sqrt();
-        let Some((middle, cos)) = self.pixel(-sun.direction) else { return angle > 0.5 };
-        // A disc of angle a at theta reaches at most tan(theta + a) - tan(theta) <= 2 a / cos^2 while a < cos / 2.
-        let reach = angle / (cos * cos) * (self.size / self.half).max_element();
-        angle > 0.5 * cos || (middle - (corner + 0.5)).abs().max_element() <= 0.5 + reach
+    /// Whether some of a disc may lie in a pixel that a ray goes through: chords between unit vectors are no longer than those of the picture's
+    /// plane, and the longest of a pixel is its diagonal.
+    fn may_touch(&self, sun: &SunLight, direction: DVec3) -> bool {
+        let diagonal = (2.0 * self.half / self.size).length();
+        (direction + sun.direction).length() <= (2.0 * sun.disc_h).sqrt() + diagonal
     }
 }
 
 /// Whether `add_discs` looks after the discs.
 pub(super) fn draws_discs(ctx: &RenderContext) -> bool {
-    matches!(ctx.camera.lens, Lens::Perspective { .. })
+    Lookup::new(ctx).is_some()
 }
 
-/// Adds the light of the discs that reaches a pixel past droplets and air, where no glass is in the way.
-pub(super) fn add_discs(ctx: &RenderContext, pixel: [u32; 2], random: &PathRandom, scratch: &mut Scratch) {
+/// Adds the light of the discs that reaches a pixel past droplets and air, where no glass is in the way; `direction` is that of a ray through the
+/// pixel.
+pub(super) fn add_discs(
+    ctx: &RenderContext,
+    pixel: [u32; 2],
+    direction: DVec3,
+    random: &PathRandom,
+    scratch: &mut Scratch,
+) {
     if ctx.lighting.suns.iter().all(SunLight::is_point) {
         return;
     }
     let Some(lookup) = Lookup::new(ctx) else { return };
     let corner = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1]));
-    let is_near = |sun: &&SunLight| !sun.is_point() && lookup.may_touch(sun, corner);
+    let is_near = |sun: &&SunLight| !sun.is_point() && lookup.may_touch(sun, direction);
     for sun in ctx.lighting.suns.iter().filter(is_near) {
         if let Some((ray, radiance)) = look(&lookup, sun, corner, random, scratch) {
             add(ctx, sun, &ray, radiance, scratch);

@@ -5,26 +5,13 @@
 //! step is noise and never a bias, and unlit or thick air without droplets has no noise at all.
 
 use super::glow;
-use super::lighting::Air;
 use super::path::turn_h;
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
 use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
-
-/// The march ends at this optical depth of air: 1e-20 of the light from beyond would arrive.
-const LAST_OPTICAL_DEPTH: f64 = 46.0;
-
-/// Most steps of a march, so that its time is bounded whatever a scene says; a longer way takes longer steps.
-const MOST_STEPS: u32 = 4096;
-
-/// Number and length in m of the steps of a march along a way.
-pub(super) fn march_steps(air: &Air, way_m: f64) -> (u32, f64) {
-    let way_m = way_m.min(LAST_OPTICAL_DEPTH / air.extinction_per_m);
-    let n_steps = (way_m / air.step_m).ceil().clamp(1.0, f64::from(MOST_STEPS)) as u32;
-    (n_steps, way_m / f64::from(n_steps))
-}
+use crate::plan::{LAST_OPTICAL_DEPTH, MOST_STEPS, march_steps};
 
 /// What a march looks for.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +42,7 @@ pub(super) fn march(ctx: &RenderContext, ray: &LocalRay, wanted: Marched, random
     let is_even = !ctx.switches.shadows && glow.is_none() && scratch.crossings.is_empty();
     let (n_steps, step_m) = match is_even {
         true => (1, (leave_m - enter_m).min(LAST_OPTICAL_DEPTH / air.extinction_per_m)),
-        false => march_steps(air, leave_m - enter_m),
+        false => march_steps(air.extinction_per_m, air.step_m, leave_m - enter_m),
     };
     let way_m = [enter_m, enter_m + f64::from(n_steps) * step_m];
     if let Some(glow) = glow {

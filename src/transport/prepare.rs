@@ -10,7 +10,6 @@ use super::glass::Glass;
 use super::glow::Glow;
 use super::guide::Guide;
 use super::lighting::{Air, Discs, Lighting};
-use super::march::march_steps;
 use super::media::{Absorption, Media};
 use super::pilot::find_rates;
 use super::place::{bin_areas, bin_plan, glass_areas, place_balls, place_boxes, place_particles};
@@ -22,7 +21,7 @@ use super::wanted_tables::{
 };
 use crate::accel::Accel;
 use crate::optics::tables::{OpticalTables, OpticsError};
-use crate::plan::{EffectPlan, Switches};
+use crate::plan::{EffectPlan, Switches, march_steps};
 use crate::scene::model::{Camera, ParticleKind, Scene};
 use crate::scene::resolved::Resolution;
 use crate::scene::settings::{Accuracy, Effect};
@@ -245,7 +244,7 @@ fn glow_tolerance(accuracy: &Accuracy) -> f64 {
 
 /// Said where the air's march takes longer steps than were asked for.
 fn march_warning(air: &Air) -> Option<Warning> {
-    let (n_steps, step_m) = march_steps(air, air.depth_m);
+    let (n_steps, step_m) = march_steps(air.extinction_per_m, air.step_m, air.depth_m);
     (air.scattering_per_m > 0.0 && step_m > air.step_m).then(|| {
         Warning::new(
             format!("the air is marched in {n_steps} steps of {step_m:.3e} m, as many as there may be"),

@@ -32,7 +32,7 @@ impl Part {
     }
 }
 
-/// How often each estimator is asked per sample, as powers of two.
+/// How often each estimator is asked per sample, as powers of two: exponents from -16 to 16, others count as the nearest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rates {
     /// Light that droplets scatter, once or many times.
@@ -44,6 +44,9 @@ pub struct Rates {
     /// Light that droplets scatter into the air.
     pub glow: i8,
 }
+
+/// No exponent counts for more.
+const MOST_EXPONENT: i8 = 16;
 
 /// The exponent of what is never asked.
 const NEVER: i8 = i8::MIN;
@@ -123,9 +126,12 @@ impl Rates {
         Part::ALL.map(|part| match self.of(part) {
             NEVER => Ask { times: 0, weight: 0.0 },
             0 => Ask { times: 1, weight: 1.0 },
-            exponent @ 1.. => Ask { times: 1 << exponent, weight: f64::from(-exponent).exp2() },
+            exponent @ 1.. => {
+                let exponent = exponent.min(MOST_EXPONENT);
+                Ask { times: 1 << exponent, weight: f64::from(-exponent).exp2() }
+            }
             exponent => {
-                let every = 1 << -exponent;
+                let every = 1 << -exponent.max(-MOST_EXPONENT);
                 let times = u32::from(random.is_its_turn(part as u32, every));
                 Ask { times, weight: f64::from(every) }
             }

@@ -96,7 +96,7 @@ pub(super) fn take_sample(
     scratch.rays.camera += 1;
     let mut sample = Sample::default();
     follow(ctx, &ray, random, scratch, &mut sample);
-    add_discs(ctx, [column, row], random, scratch);
+    add_discs(ctx, [column, row], camera_ray.direction, random, scratch);
     scratch.sum_spectrum();
     for (channels, radiance) in sample.layers.iter_mut().zip(&scratch.layers) {
         *channels = ctx.lighting.rgb(radiance);
