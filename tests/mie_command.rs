@@ -301,7 +301,7 @@ fn flags_that_make_no_sense_are_named() {
         (&["--radius", "0um"], "above zero"),
         (&["--radius", "10m"], "--radius"),
         (&["--radius", "1um", "--wavelength", "0nm"], "above zero"),
-        (&["--radius", "1um", "--wavelength", "2um"], "205.1162 to 1129 nm"),
+        (&["--radius", "1um", "--wavelength", "1mm"], "205.1162 to 200000 nm"),
         (&["--radius", "1um", "--material", "watr"], "did you mean `water`"),
         (&["--radius", "1um", "--material", "none.csv"], "none.csv"),
         (&["--distribution", "gamma:reff=5um"], "needs the key `veff`"),

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::ReadText;
 use super::csv::CsvError;
-use super::index_table::{EDGE_SLACK, check_index, out_of_range};
+use super::index_table::{check_index, out_of_range};
 use crate::suggest::did_you_mean;
 
 pub use super::index_table::IndexTable;
@@ -16,9 +16,10 @@ pub use super::index_table::IndexTable;
 /// What a droplet is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
-    /// Liquid water at 20 C: n of Daimon & Masumura (2007), k of Segelstein (1981); 205.2-1129 nm.
+    /// Liquid water: at 20 C n of Daimon & Masumura (2007), k of Segelstein (1981), 205.2-1129 nm; on to 200 um n and k of
+    /// Hale & Querry (1973) at 25 C, n to three decimals.
     Water,
-    /// Ice Ih at 266 K: Warren & Brandt (2008); 201-3969 nm.
+    /// Ice Ih at 266 K: Warren & Brandt (2008); 44.3 nm to 2 m.
     Ice,
     /// The same index at every wavelength.
     Constant { n: f64, k: f64 },
@@ -76,11 +77,12 @@ const WATER_SELLMEIER: [(f64, f64); 4] = [
     (0.113074869, 10.6979275),
 ];
 
-/// Range of the Sellmeier formula, m (Daimon & Masumura 2007).
-const WATER_SELLMEIER_RANGE_M: (f64, f64) = (182e-9, 1129e-9);
+/// Where the Sellmeier formula ends, m (Daimon & Masumura 2007); it begins at 182 nm, below all data of k.
+const WATER_SELLMEIER_END_M: f64 = 1129e-9;
 
 static WATER_TABLE: LazyLock<IndexTable> =
     LazyLock::new(|| embedded("water", include_str!("../../data/water_segelstein_1981_25C.csv")));
+static WATER_INFRARED: LazyLock<IndexTable> = LazyLock::new(water_infrared);
 static ICE_TABLE: LazyLock<IndexTable> =
     LazyLock::new(|| embedded("ice", include_str!("../../data/ice_warren_brandt_2008_266K.csv")));
 
@@ -92,6 +94,28 @@ fn embedded(name: &str, text: &str) -> IndexTable {
         n: Vec::new(),
         k: Vec::new(),
     })
+}
+
+/// Water beyond the Sellmeier formula, from where that ends, so that the index has no step (of 0.0015 in n).
+fn water_infrared() -> IndexTable {
+    let table = embedded("water", include_str!("../../data/water_hale_querry_1973_25C.csv"));
+    let beyond = table.wavelength_m.partition_point(|wavelength_m| *wavelength_m <= WATER_SELLMEIER_END_M);
+    let k = WATER_TABLE.index(WATER_SELLMEIER_END_M).map_or(0.0, |m| m.im);
+    let from = |first: f64, rest: &[f64]| std::iter::once(first).chain(rest[beyond..].iter().copied()).collect();
+    IndexTable {
+        wavelength_m: from(WATER_SELLMEIER_END_M, &table.wavelength_m),
+        n: from(water_n(WATER_SELLMEIER_END_M), &table.n),
+        k: from(k, &table.k),
+        name: table.name,
+    }
+}
+
+fn water_index(wavelength_m: f64) -> Result<Complex64, MaterialError> {
+    let beyond = wavelength_m > WATER_SELLMEIER_END_M;
+    let table = if beyond { &WATER_INFRARED } else { &WATER_TABLE };
+    let (first_m, last_m) = (WATER_TABLE.range_m().0, WATER_INFRARED.range_m().1);
+    let m = table.index(wavelength_m).map_err(|_| out_of_range("water", wavelength_m, first_m, last_m))?;
+    Ok(if beyond { m } else { Complex64::new(water_n(wavelength_m), m.im) })
 }
 
 impl Material {
@@ -135,16 +159,7 @@ impl Material {
             Self::Constant { n, k } => Ok(Complex64::new(*n, *k)),
             Self::Table(table) => table.index(wavelength_m),
             Self::Ice => ICE_TABLE.index(wavelength_m),
-            Self::Water => {
-                let first_m = WATER_TABLE.range_m().0.max(WATER_SELLMEIER_RANGE_M.0);
-                let last_m = WATER_TABLE.range_m().1.min(WATER_SELLMEIER_RANGE_M.1);
-                let outside = || out_of_range("water", wavelength_m, first_m, last_m);
-                if wavelength_m > last_m * (1.0 + EDGE_SLACK) {
-                    return Err(outside());
-                }
-                let k = WATER_TABLE.index(wavelength_m).map_err(|_| outside())?.im;
-                Ok(Complex64::new(water_n(wavelength_m * 1e6), k))
-            }
+            Self::Water => water_index(wavelength_m),
         }
     }
 
@@ -188,8 +203,9 @@ fn parse_index(text: &str) -> Option<(f64, f64)> {
     Some((number(n, "n")?, number(k, "k")?))
 }
 
-fn water_n(um: f64) -> f64 {
-    let square = um * um;
+/// Index of water by the Sellmeier formula.
+fn water_n(wavelength_m: f64) -> f64 {
+    let square = (wavelength_m * 1e6).powi(2);
     (1.0 + WATER_SELLMEIER.iter().map(|(a, b)| a * square / (square - b)).sum::<f64>()).sqrt()
 }
 
@@ -219,10 +235,24 @@ mod tests {
         Ok(())
     }
 
+    /// Rationale: infrared clouds. Expected: what Hale & Querry (1973) print, and no step where the formula ends.
+    #[test]
+    fn water_goes_on_in_the_infrared() -> Result<(), MaterialError> {
+        for (um, n, k) in [(3.0, 1.371, 0.272), (10.0, 1.218, 0.0508), (200.0, 2.13, 0.504)] {
+            let m = Material::Water.index(um * 1e-6)?;
+            assert!((m.re - n).abs() < 1e-6 && (m.im - k).abs() < 1e-6, "{um} {m}");
+        }
+        let [before, after] = [-1e-9, 1e-9].map(|step| Material::Water.index(WATER_SELLMEIER_END_M * (1.0 + step)));
+        assert!((before? - after?).norm() < 1e-9);
+        Ok(())
+    }
+
     #[test]
     fn ice_is_that_of_the_references() -> Result<(), MaterialError> {
         let m = Material::Ice.index(780e-9)?;
         assert!((m.re - 1.3053).abs() < 1e-9 && (m.im / 1.02e-7 - 1.0).abs() < 2e-3, "{m}");
+        let m = Material::Ice.index(10e-6)?;
+        assert!((m.re - 1.1926).abs() < 1e-6 && (m.im - 0.05008).abs() < 1e-6, "{m}");
         Ok(())
     }
 
@@ -260,10 +290,10 @@ mod tests {
 
     #[test]
     fn wavelengths_outside_the_data_are_refused() {
-        let error = Material::Water.index(2e-6).unwrap_err().to_string();
-        assert!(error.contains("2000 nm") && error.contains("1129 nm"), "{error}");
+        let error = Material::Water.index(1e-3).unwrap_err().to_string();
+        assert!(error.contains("1000000 nm") && error.contains("205.1162 to 200000 nm"), "{error}");
         assert!(Material::Water.index(190e-9).is_err());
-        assert!(Material::Ice.index(5e-6).is_err());
+        assert!(Material::Ice.index(10e-9).is_err());
         assert!(Material::Ice.index(f64::NAN).is_err());
         assert!(Material::Water.index(f64::NAN).is_err());
     }
