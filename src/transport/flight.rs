@@ -44,26 +44,17 @@ fn gather(ctx: &RenderContext, ray: &LocalRay, to_m: f64, scratch: &mut Scratch)
 /// The first collision with what was met, given that there is one (theory (43)).
 pub(super) fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> bool {
     let opacity = -(-scratch.total_depth[hero]).exp_m1();
-    if opacity <= 0.0 || !collide(ctx, ray, hero, -(-u * opacity).ln_1p(), scratch) {
+    if opacity <= 0.0 {
         return false;
     }
+    let Some(place) = place_at(ctx, hero, -(-u * opacity).ln_1p(), scratch) else { return false };
+    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
     let Scratch { density, total_depth, .. } = scratch;
     for (density, depth) in density.iter_mut().zip(total_depth) {
         let opacity = -(-*depth).exp_m1();
         *density = if opacity > 0.0 { *density / opacity } else { 0.0 };
     }
     normalize(scratch)
-}
-
-/// Where a flight ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Arrival {
-    /// At droplets: `scratch.event` holds the collision.
-    Droplets,
-    /// In the air, at `scratch.event.point`.
-    Air,
-    /// Nowhere; the path's weight is then that of the way out.
-    Nothing,
 }
 
 /// A collision, from everything that the ray meets; `false` where the path leaves all of it behind, its weight then being
@@ -74,7 +65,16 @@ pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scra
         return fly_alone(ctx, ray, body, hero, u, scratch);
     }
     meet(ctx, ray, scratch);
-    fly_met(ctx, ray, hero, u, scratch) == Arrival::Droplets
+    match next_place(ctx, hero, u, scratch) {
+        Some(place) => {
+            land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
+            normalize(scratch)
+        }
+        None => {
+            escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
+            false
+        }
+    }
 }
 
 /// A collision where one body of fog is all that there is: as `fly`, without lists.
@@ -96,19 +96,15 @@ fn fly_alone(ctx: &RenderContext, ray: &LocalRay, body: &Body, hero: usize, u: f
     }
     let way_m = (end - start).max(0.0);
     scratch.total_depth.iter_mut().zip(c_ext_m2).for_each(|(depth, c_ext_m2)| *depth = load * c_ext_m2 * way_m);
-    escape(ctx, ray, scratch);
+    escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
     false
 }
 
-/// A collision with what was met.
-pub(super) fn fly_met(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scratch: &mut Scratch) -> Arrival {
+/// Where the next collision with what was met is; `None` where the path leaves all of it behind.
+pub(super) fn next_place(ctx: &RenderContext, hero: usize, u: f64, scratch: &mut Scratch) -> Option<Place> {
     // 1 - u is exact.
     let target = -(1.0 - u).ln();
-    if target < scratch.total_depth[hero] && collide(ctx, ray, hero, target, scratch) {
-        return if normalize(scratch) { Arrival::Droplets } else { Arrival::Nothing };
-    }
-    escape(ctx, ray, scratch);
-    Arrival::Nothing
+    if target < scratch.total_depth[hero] { place_at(ctx, hero, target, scratch) } else { None }
 }
 
 /// A collision where much is in the way: the nearest of independent draws for each body, which is the collision of their
@@ -140,21 +136,20 @@ pub(super) fn fly_near(
     });
     let Some(hit) = hit else {
         meet(ctx, ray, scratch);
-        escape(ctx, ray, scratch);
+        escape(ctx.air_transmittance(ray, reach_m), scratch);
         return false;
     };
     gather(ctx, ray, hit.t_m.next_up(), scratch);
     let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
     let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
     let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
-    land(ctx, ray, place, scratch);
+    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
     normalize(scratch)
 }
 
-/// The weight of a path that meets nothing more before `scratch.reach_m`.
-fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
-    let Scratch { weight, density, total_depth, reach_m, .. } = scratch;
-    let air = ctx.air_transmittance(ray, *reach_m);
+/// The weight of a path that meets nothing more before `scratch.reach_m`, given what the air lets pass.
+pub(super) fn escape(air: f64, scratch: &mut Scratch) {
+    let Scratch { weight, density, total_depth, .. } = scratch;
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
         weight[w] *= passed * air;
@@ -163,22 +158,24 @@ fn escape(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
     normalize(scratch);
 }
 
-/// Finds the collision at a hero's optical depth.
-fn collide(ctx: &RenderContext, ray: &LocalRay, hero: usize, target: f64, scratch: &mut Scratch) -> bool {
+/// The place at a hero's optical depth.
+fn place_at(ctx: &RenderContext, hero: usize, target: f64, scratch: &mut Scratch) -> Option<Place> {
     let Scratch { crossings, finder, .. } = scratch;
     finder.stretches.clear();
     finder.stretches.extend(crossings.iter().enumerate().filter_map(|(i, met)| Stretch::of(ctx.media, hero, i, met)));
-    let Some(place) = finder.find(target) else { return false };
-    land(ctx, ray, place, scratch);
-    true
+    finder.find(target)
 }
 
-/// Multiplies a collision's transmittance and density in.
-fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &mut Scratch) {
+/// What the air lets pass up to a place.
+pub(super) fn air_before(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &Scratch) -> f64 {
+    ctx.air_transmittance(ray, place.t_m(&scratch.crossings))
+}
+
+/// Multiplies a collision's transmittance and density in, given what the air lets pass.
+pub(super) fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, air: f64, scratch: &mut Scratch) {
     let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
     event.gather(ctx.media, ray, place, crossings);
     let depth = path_depth.past_discs(ctx.media, crossings, event.t_m, event.disc_id);
-    let air = ctx.air_transmittance(ray, event.t_m);
     for w in 0..weight.len() {
         let passed = (-depth[w]).exp();
         weight[w] *= passed * air;
