@@ -38,7 +38,7 @@ pub enum ParticleKind {
 /// An oriented box filled evenly with droplets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FogBox {
-    /// Name of the node it came from.
+    /// Name of the node it came from, shortened.
     pub name: String,
     /// Centre in world space, m.
     pub center_m: DVec3,
@@ -97,7 +97,7 @@ pub enum Lens {
 /// A distant light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sun {
-    /// Name of the node it came from.
+    /// Name of the node or light it came from, shortened.
     pub name: String,
     /// Unit vector in which the light travels.
     pub direction: DVec3,

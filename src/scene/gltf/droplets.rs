@@ -11,6 +11,7 @@ use super::meshes::{Mesh, Meshes, Morphs, Points};
 use super::nodes::{Uniformity, Visit, WORLD_LIMIT_M, length_scale};
 use super::particles::{Group, Particles, Source};
 use super::unrendered::{Kind, Unrendered};
+use crate::excerpt::excerpt;
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::Folder;
 use crate::scene::glob;
@@ -225,7 +226,8 @@ impl<'a> Collector<'a, '_> {
         let class = self.classes.of(marks, surface, element)?;
         let instances = Instances::read(self.accessors, &placed.visit.node, element)?;
         let count = instances.as_ref().map_or(1, |i| i.count);
-        // A box and its name.
+        // A box and its name, which is shortened: a long one would be kept for every instance. Messages have no less of it.
+        let name = placed.visit.node.name.as_deref().map_or_else(|| element.clone(), excerpt);
         let size = size_of::<FogBox>() + element.len();
         self.accessors.budget.take(count, size, self.accessors.buffers.read_bytes(), element)?;
         for i in 0..count {
@@ -240,7 +242,7 @@ impl<'a> Collector<'a, '_> {
                 return Err(SceneError::at(element, fault));
             }
             self.fog_boxes.push(FogBox {
-                name: placed.visit.node.name.clone().unwrap_or_else(|| element.clone()),
+                name: name.clone(),
                 center_m,
                 half_edges_m,
                 density,

@@ -3,6 +3,7 @@
 use super::document::{self, Document, label};
 use super::nodes::Visit;
 use super::unrendered::{Kind, Unrendered};
+use crate::excerpt::excerpt;
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::Folder;
 use crate::scene::marks::{LIGHT, LightMarks};
@@ -47,7 +48,8 @@ pub fn take(
         let what = "the scale of the light".into();
         SceneError::at(&visit.element, SceneFault::Range { what, value: 0.0, expected: "a scale that is not 0" })
     })?;
-    let name = visit.node.name.clone().or(light.name).unwrap_or_else(|| "sun".into());
+    // Many nodes may hold one light: a long name of it is not kept for each.
+    let name = visit.node.name.as_deref().or(light.name.as_deref()).map_or_else(|| "sun".into(), excerpt);
     suns.push(Sun {
         name,
         direction,
