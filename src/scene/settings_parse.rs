@@ -78,7 +78,7 @@ struct OwnExtras<'a> {
 /// Whether a key that is not ours was meant to be: `miecloud`, `Mie_Cloud.kind`, `mie-cloud`, `mie_cloud_kind`.
 fn is_misspelt(key: &str) -> bool {
     const OURS: &str = "miecloud";
-    const NEXT: [&str; 15] = [
+    const NEXT: [&str; 18] = [
         "kind",
         "material",
         "phase",
@@ -94,6 +94,9 @@ fn is_misspelt(key: &str) -> bool {
         "spectral",
         "effects",
         "accuracy",
+        "image",
+        "spectrum",
+        "angular",
     ];
     let letters = key.chars().filter(char::is_ascii_alphabetic).take(OURS.len() + 16);
     let letters: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
