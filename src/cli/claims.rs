@@ -12,7 +12,10 @@ use crate::image::file::{Existing, check_writable};
 
 /// Refuses outputs that cannot be written, or that would replace what is needed.
 pub fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failure> {
-    output::check_kind(&args.output).map_err(Failure::usage)?;
+    // Of the scene itself there is more to say than that it is no picture.
+    if !same_file(&args.output, &args.scene.scene) {
+        output::check_kind(&args.output).map_err(Failure::usage)?;
+    }
     let outputs: Vec<(&str, &PathBuf)> =
         [("--output", Some(&args.output)), ("--preview", args.preview.as_ref()), ("--stats", args.stats.as_ref())]
             .into_iter()

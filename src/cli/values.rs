@@ -13,8 +13,10 @@ use crate::suggest::did_you_mean;
 use crate::units::{parse_bytes, parse_length_m, parse_time_s};
 
 /// Endings of file names that promise a format.
-const FORMATS: [&str; 15] =
-    ["exr", "png", "svg", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "pdf", "json", "gltf"];
+const FORMATS: [&str; 17] = [
+    "exr", "png", "svg", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "pdf", "json", "csv",
+    "gltf", "glb",
+];
 
 /// The ending of a file's name, where it promises another format than `own`.
 pub fn promises_other(path: &Path, own: &str) -> bool {
