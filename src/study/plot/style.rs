@@ -21,8 +21,8 @@ pub const BAND: RGBColor = RGBColor(170, 197, 232);
 pub const GRID: RGBColor = RGBColor(215, 215, 215);
 pub const FINE_GRID: RGBColor = RGBColor(240, 240, 240);
 
-/// Colours of Okabe & Ito (2008), told apart by all eyes, a grey and a brown.
-pub const COLOURS: [RGBColor; 10] = [
+/// Colours of Okabe & Ito (2008), told apart by all eyes, a grey, a brown and a dark green: one for each knob of accuracy.
+pub const COLOURS: [RGBColor; 11] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -33,6 +33,7 @@ pub const COLOURS: [RGBColor; 10] = [
     RGBColor(0, 0, 0),
     RGBColor(120, 120, 120),
     RGBColor(140, 60, 20),
+    RGBColor(30, 80, 50),
 ];
 
 /// Points of the picture in canvas units.
