@@ -1,4 +1,4 @@
-//! PNG files of previews.
+//! 8-bit PNG files: previews of pictures, maps of differences, contact sheets.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

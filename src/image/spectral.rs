@@ -8,7 +8,7 @@ use super::picture::{Attribute, Channel, Picture};
 /// Value of the attribute `spectralLayoutVersion`.
 pub const LAYOUT_VERSION: &str = "1.0";
 
-/// Unit of spectral radiance, as the attribute `emissiveUnits` writes it.
+/// Unit of absolute spectral radiance, as the attribute `emissiveUnits` writes it. Renders are relative to the suns' irradiance: sr^-1.
 pub const SPECTRAL_RADIANCE: &str = "W.m^-2.sr^-1.nm^-1";
 
 /// Name of the unpolarised radiance channel at a wavelength in nanometres, with six decimals as the authors' library

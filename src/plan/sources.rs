@@ -61,7 +61,7 @@ impl Sources {
         self.all.is_empty()
     }
 
-    /// Light that they send to a ray, in units of E / 4 pi: sum of A / 4 pi times the integral of 1 / (d^2 + s^2) along it, 1 / m^-1.
+    /// Light that they send to a ray, in units of E / 4 pi: sum of A / 4 pi times the integral of 1 / (d^2 + s^2) along it, m.
     pub fn light(&self, (origin_m, direction): (DVec3, DVec3), air: &Atmosphere) -> f64 {
         let (way_m, extinction_per_m) = (air.depth_m, air.scattering_per_m + air.absorption_per_m);
         let from = |source: &Source| {

@@ -44,7 +44,7 @@ const MOST_G_PER_M3: f64 = 3e7;
 /// As for the atmosphere's coefficients.
 const MOST_PER_M: f64 = 1e12;
 
-/// Keys of `extras.mie_cloud` of meshes and materials.
+/// Keys of `extras.mie_cloud` of nodes, meshes and materials.
 #[rustfmt::skip]
 pub const MARKS: &[Key<Marks>] = &[
     Key { name: "kind", unit: "", default: "none", range: "droplet or fog", set: kind },

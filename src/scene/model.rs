@@ -15,7 +15,8 @@ pub struct Particle {
     pub center_m: DVec3,
     /// Drawn radius R, m; > 0.
     pub radius_m: f32,
-    /// The droplets' own radius r, m; `None` (stored as 0) takes the class's distribution.
+    /// The droplets' own radius r, m; 0 where none is given: a parcel then has the class's distribution, a droplet its drawn
+    /// radius.
     pub droplet_radius_m: f32,
     /// Number of droplets; 1 for a droplet, any positive number for a parcel. In balls of fog that are filled by mass or
     /// extinction it is 0 until [`Scene::fill_fog`] has turned these into a number.
@@ -88,9 +89,9 @@ pub struct Camera {
 /// How pixels become rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lens {
-    /// Vertical field of view, rad; `aspect` (width / height) where the file fixes it.
+    /// Vertical field of view, rad. `aspect` (width / height) is kept as the file has it; rays follow the picture's shape.
     Perspective { yfov_rad: f64, aspect: Option<f64> },
-    /// Half width and half height of the view, m.
+    /// Half width and half height of the view, m, which fill the picture whatever its shape.
     Orthographic { xmag_m: f64, ymag_m: f64 },
 }
 

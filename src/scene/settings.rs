@@ -23,7 +23,7 @@ pub struct Settings {
     pub background: Background,
     /// How the spectrum is sampled; `None` lets the accuracy decide.
     pub spectral_mode: Option<SpectralMode>,
-    /// Effects that the scene switches, by name: `auto`, `on`, `off`.
+    /// Effects that the scene switches; others are `auto`. What `--effects` switches is not in it.
     pub effects: BTreeMap<Effect, Switch>,
     /// Accuracy target and knobs.
     pub accuracy: Accuracy,

@@ -1,6 +1,5 @@
 //! Measurements of the program itself and of what it computes: clouds made to measure, particle counts against time, what
-//! each effect and each setting costs and changes,
-//! what one sphere or a size distribution does to light, and plots of them.
+//! each effect and each setting costs and changes, what one sphere or a size distribution does to light, and plots of them.
 
 pub mod accuracy;
 mod clock;

@@ -1,4 +1,4 @@
-//! Scenes from and to plain glTF 2.0.
+//! Scenes from plain glTF 2.0, and generated clouds to it: the parts of a scene in the order in which they are read.
 
 mod accessors;
 mod attributes;
