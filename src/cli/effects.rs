@@ -4,11 +4,17 @@ use std::collections::BTreeMap;
 
 use anyhow::anyhow;
 
+use super::failure::Failure;
 use crate::scene::settings::{Effect, Switch};
 use crate::suggest::{closest, did_you_mean, no_such};
 
+/// What the flag switches; nothing where it is not given.
+pub fn chosen(list: Option<&str>) -> Result<BTreeMap<Effect, Switch>, Failure> {
+    list.map_or(Ok(BTreeMap::new()), parse).map_err(Failure::usage)
+}
+
 /// Reads the list; later entries win.
-pub fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
+fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
     let mut switches = BTreeMap::new();
     for entry in list.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
         if entry == "auto" {

@@ -14,7 +14,6 @@ use crate::film::Layer;
 use crate::image::exr::Limits;
 use crate::plan::EffectPlan;
 use crate::scene::model::Scene;
-use crate::scene::settings::Effect;
 use crate::spectrum::SpectralSampling;
 use crate::transport::{RenderRequest, Spectral, Until};
 
@@ -52,8 +51,7 @@ pub fn identity(
         settings.into_iter().for_each(|(key, value)| put(&key, value));
     }
     let on = plan.decisions.iter().filter(|decision| decision.on);
-    let name = |effect: Effect| Effect::ALL.iter().find(|(e, _)| *e == effect).map(|(_, name)| *name);
-    put("--effects", on.filter_map(|decision| name(decision.effect)).collect());
+    put("--effects", on.map(|decision| decision.effect.name()).collect());
     put("--crop", json!(request.crop));
     put("--seed", request.seed.into());
     put("--order", order.into());

@@ -1,6 +1,5 @@
 //! `mie-cloud inspect`: what was understood of a scene, and what would be simulated.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 
 use serde_json::{Value, json};
@@ -19,8 +18,7 @@ use crate::transport::{RenderRequest, Spectral, Until};
 
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
-    let effects =
-        args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)?;
+    let effects = super::effects::chosen(args.scene.effects.as_deref())?;
     let scene = load_scene(&args.scene, None)?;
     let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());

@@ -1,10 +1,9 @@
 //! What a render is asked to do, as flags and scene say it together.
 
-use std::collections::BTreeMap;
-
 use anyhow::anyhow;
 
 use super::args::RenderArgs;
+use super::effects;
 use super::failure::Failure;
 use super::identity::{About, identity};
 use super::output::{Recipe, Wishes};
@@ -12,7 +11,6 @@ use super::progress::Verbosity;
 use super::scene::load_scene;
 use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
-use crate::scene::settings::{Effect, Switch};
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::study::trial::{MOST_SPP, STANDARD_TARGET};
 use crate::transport::{RenderRequest, Until};
@@ -43,7 +41,7 @@ impl Job {
 /// Reads the scene and settles everything that flags and settings decide.
 pub fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     // What the flags say is checked before a large scene is read.
-    let effects = chosen_effects(args)?;
+    let effects = effects::chosen(args.scene.effects.as_deref())?;
     let wishes = Wishes::new(args.aov.as_deref(), args.spectral, args.absolute).map_err(Failure::usage)?;
     let mut scene = load_scene(&args.scene, args.resolution)?;
     // Tables and glow are as accurate as the picture is asked to be.
@@ -84,10 +82,6 @@ fn crop(args: &RenderArgs, [width, height]: [u32; 2]) -> Result<[u32; 4], Failur
     Err(Failure::usage(anyhow!(
         "--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels; X+W may be {width} at most, Y+H {height}"
     )))
-}
-
-fn chosen_effects(args: &RenderArgs) -> Result<BTreeMap<Effect, Switch>, Failure> {
-    args.scene.effects.as_deref().map_or(Ok(BTreeMap::new()), super::effects::parse).map_err(Failure::usage)
 }
 
 fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), Failure> {

@@ -18,8 +18,7 @@ use crate::transport::{RenderRequest, Spectral, Until};
 
 /// The scene as the arguments have it.
 pub fn trial(args: &MeasureArgs) -> Result<Trial, Failure> {
-    let effects = args.scene.effects.as_deref().map_or(Ok(Default::default()), super::effects::parse);
-    let effects = effects.map_err(Failure::usage)?;
+    let effects = super::effects::chosen(args.scene.effects.as_deref())?;
     let mut scene = load_scene(&args.scene, Some(args.resolution))?;
     print_warnings(&scene.warnings, Verbosity::Normal);
     if args.accuracy.is_some() {
