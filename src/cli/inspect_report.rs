@@ -114,12 +114,8 @@ fn droplets(scene: &Scene, class: usize) -> String {
 
 /// The droplets' own radii, where some have radii of their own; others have those of the class's distribution.
 fn sizes(scene: &Scene, class: usize) -> Option<String> {
-    let of_particle = |particle: &Particle| match (particle.droplet_radius_m, particle.kind) {
-        (own_m, _) if own_m > 0.0 => Some(f64::from(own_m)),
-        (_, ParticleKind::Droplet) => Some(f64::from(particle.radius_m)),
-        (_, ParticleKind::Parcel) => None,
-    };
-    let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == class).map(of_particle);
+    let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == class);
+    let particles = particles.map(Particle::own_radius_m);
     let boxes = scene.fog_boxes.iter().filter(|fog| usize::from(fog.class) == class).map(|fog| fog.droplet_radius_m);
     let (mut own, mut by_law) = (None, false);
     for radius_m in particles.chain(boxes) {

@@ -23,7 +23,7 @@ const MOST_WHITE: f64 = 16.0;
 /// Pixels below this part of the brightest hundredth count as black background, and do not take part in exposure.
 const BLACK: f64 = 1e-5;
 /// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+pub(super) const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// A picture has nothing to show.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

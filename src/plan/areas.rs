@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::optics::DropletClass;
+use crate::scene::fog::ball_volume_m3;
 use crate::scene::model::{FogBox, FogDensity, Particle, ParticleKind, Scene};
 
 /// Extinction efficiency of a droplet that is large against the wavelength (van de Hulst 1957).
@@ -61,7 +62,7 @@ impl BodyAreas {
     /// Of a ball of fog whose number of droplets is not known yet.
     fn of_fog_ball(&self, scene: &Scene, particle: &Particle, density: FogDensity) -> f64 {
         let own_m = (particle.droplet_radius_m > 0.0).then_some(f64::from(particle.droplet_radius_m));
-        let volume_m3 = 4.0 / 3.0 * PI * f64::from(particle.radius_m).powi(3);
+        let volume_m3 = ball_volume_m3(f64::from(particle.radius_m));
         volume_m3 * self.extinction_per_m(scene, density, particle.class, own_m)
     }
 

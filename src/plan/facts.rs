@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::areas::BodyAreas;
 use super::light::Parts;
 use super::picture::Picture;
-use crate::scene::model::{FogBox, Particle, ParticleKind, Scene};
+use crate::scene::model::{FogBox, Particle, Scene};
 use crate::scene::resolved::{Resolution, middle_wavelength_m};
 use crate::scene::settings::Effect;
 
@@ -126,11 +126,7 @@ fn largest_size_parameter(scene: &Scene) -> f64 {
         law.moment(3) / law.moment(2)
     };
     let effective_m: Vec<f64> = (0..scene.classes.len() as u16).map(effective_m).collect();
-    let of_particle = |particle: &Particle| match (f64::from(particle.droplet_radius_m), particle.kind) {
-        (own_m, _) if own_m > 0.0 => own_m,
-        (_, ParticleKind::Droplet) => f64::from(particle.radius_m),
-        (_, ParticleKind::Parcel) => effective_m[usize::from(particle.class)],
-    };
+    let of_particle = |particle: &Particle| particle.own_radius_m().unwrap_or(effective_m[usize::from(particle.class)]);
     let of_box = |fog: &FogBox| fog.droplet_radius_m.unwrap_or(effective_m[usize::from(fog.class)]);
     let largest_m = scene.particles.iter().map(of_particle).chain(scene.fog_boxes.iter().map(of_box));
     2.0 * PI * largest_m.fold(0.0, f64::max) / middle_wavelength_m(&scene.settings)
@@ -148,10 +144,7 @@ fn has_fringes(scene: &Scene) -> bool {
             law.mono_radius().is_some() || x * law.effective_variance().sqrt() < 1.0
         })
         .collect();
-    let of_particle = |particle: &Particle| {
-        let has_own = particle.droplet_radius_m > 0.0 || particle.kind == ParticleKind::Droplet;
-        has_own || narrow[usize::from(particle.class)]
-    };
+    let of_particle = |particle: &Particle| particle.own_radius_m().is_some() || narrow[usize::from(particle.class)];
     let of_box = |fog: &FogBox| fog.droplet_radius_m.is_some() || narrow[usize::from(fog.class)];
     scene.particles.iter().any(of_particle) || scene.fog_boxes.iter().any(of_box)
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::droplets::TURNED;
 use super::phase_bounds::{PhaseBounds, Spheres};
 use super::shade::AirSeen;
-use crate::scene::model::{Particle, ParticleKind, Scene};
+use crate::scene::model::{Particle, Scene};
 use crate::scene::resolved::middle_wavelength_m;
 use crate::scene::settings::{Atmosphere, Effect};
 use crate::spectrum::SpectralMode;
@@ -223,7 +223,7 @@ fn droplet_phases(scene: &Scene, wavelength_m: f64) -> (Vec<PhaseBounds>, bool) 
     for (index, class) in scene.classes.iter().enumerate().filter(|(_, class)| class.albedo != Some(0.0)) {
         let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == index);
         let boxes = scene.fog_boxes.iter().filter(|fog| usize::from(fog.class) == index);
-        let own_m = particles.map(own_radius_m).chain(boxes.map(|fog| fog.droplet_radius_m));
+        let own_m = particles.map(Particle::own_radius_m).chain(boxes.map(|fog| fog.droplet_radius_m));
         let (mut extent, mut is_mixed) = (None, false);
         for radius_m in own_m {
             match radius_m {
@@ -248,13 +248,4 @@ fn droplet_phases(scene: &Scene, wavelength_m: f64) -> (Vec<PhaseBounds>, bool) 
         }
     }
     (phases, absorb)
-}
-
-/// The radius of a particle's droplets, m, where they have one.
-fn own_radius_m(particle: &Particle) -> Option<f64> {
-    match (f64::from(particle.droplet_radius_m), particle.kind) {
-        (own_m, _) if own_m > 0.0 => Some(own_m),
-        (_, ParticleKind::Droplet) => Some(f64::from(particle.radius_m)),
-        (_, ParticleKind::Parcel) => None,
-    }
 }

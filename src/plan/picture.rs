@@ -9,6 +9,7 @@ use super::phase_bounds::LARGE;
 use super::shade::air_seen;
 use super::sources::Sources;
 use super::view::{Depths, Grid};
+use crate::scene::frame_cloud::bounds_m;
 use crate::scene::model::{Scene, Sun};
 use crate::scene::settings::{Atmosphere, Effect};
 
@@ -112,14 +113,7 @@ fn shines(sun: &Sun) -> bool {
 
 /// A ball about all particles and fog boxes.
 fn bounding_ball(scene: &Scene) -> (DVec3, f64) {
-    let reach = |center_m: DVec3, size_m: DVec3| (center_m - size_m, center_m + size_m);
-    let particles = scene.particles.iter().map(|p| reach(p.center_m, DVec3::splat(f64::from(p.radius_m))));
-    let boxes = scene.fog_boxes.iter().map(|b| {
-        let h = &b.half_edges_m;
-        reach(b.center_m, h.x_axis.abs() + h.y_axis.abs() + h.z_axis.abs())
-    });
-    let both = particles.chain(boxes).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let (min, max) = both.unwrap_or((DVec3::ZERO, DVec3::ZERO));
+    let (min, max) = bounds_m(&scene.particles, &scene.fog_boxes).unwrap_or((DVec3::ZERO, DVec3::ZERO));
     (0.5 * (min + max), 0.5 * (max - min).length())
 }
 

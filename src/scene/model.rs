@@ -27,6 +27,17 @@ pub struct Particle {
     pub kind: ParticleKind,
 }
 
+impl Particle {
+    /// The radius of its droplets, m; none where they have their class's distribution.
+    pub fn own_radius_m(&self) -> Option<f64> {
+        match self.kind {
+            _ if self.droplet_radius_m > 0.0 => Some(f64::from(self.droplet_radius_m)),
+            ParticleKind::Droplet => Some(f64::from(self.radius_m)),
+            ParticleKind::Parcel => None,
+        }
+    }
+}
+
 /// How a particle removes light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ParticleKind {

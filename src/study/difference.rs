@@ -8,13 +8,11 @@
 use serde::Serialize;
 
 use crate::film::Channel;
+use crate::spectrum::color::BT709_LUMINANCE;
 
 /// R, G, B of every pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pixels(pub Vec<[f64; 3]>);
-
-/// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Pixels {
     /// The first three channels: R, G, B.
@@ -31,7 +29,7 @@ impl Pixels {
 }
 
 fn luminance(rgb: &[f64; 3]) -> f64 {
-    rgb.iter().zip(LUMINANCE).map(|(value, weight)| value * weight).sum()
+    rgb.iter().zip(BT709_LUMINANCE).map(|(value, weight)| value * weight).sum()
 }
 
 /// A difference, relative to the second picture's mean luminance.

@@ -12,13 +12,12 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use super::picture::Picture;
+use super::preview::LUMINANCE;
 use overlap::{Overlap, Pixel};
 
 pub use map::difference_map;
 pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, WorstPixel, ZScores};
 
-/// Luminance of linear BT.709 (ITU-R BT.709-6, item 3.2).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 const ERRORS: [&str; 3] = ["stderr.R", "stderr.G", "stderr.B"];
 /// Keeps the relative squared error finite where b is black: Rousselle et al. 2011 (section 5) add a small constant
