@@ -208,7 +208,7 @@ pub struct RenderArgs {
     /// Prints errors only
     #[arg(short, long, conflicts_with = "verbose", help_heading = "Running")]
     pub quiet: bool,
-    /// Prints more
+    /// Prints more: each effect, and why it is on or off
     #[arg(short, long, help_heading = "Running")]
     pub verbose: bool,
 }

@@ -14,6 +14,7 @@ use super::say::say;
 use crate::film::{Film, Joiner, is_whole, nodes_of};
 use crate::image::file::{Existing, check_writable};
 use crate::transport::keep::Kept;
+use crate::units::short::amount;
 
 /// A part whose sums have not been read.
 struct Part {
@@ -45,8 +46,10 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let picture = output::picture(&film, &recipe);
     output::write(&args.output, args.preview.as_deref(), &picture, None, existing)?;
     if !args.quiet {
-        let (shown, n, spp) = (args.output.display(), parts.len(), film.mean_samples());
-        say!("{shown}: {n} parts, {spp} samples per pixel, noise {:.2} %", 100.0 * film.noise());
+        let (shown, n, spp) = (args.output.display(), amount(parts.len(), "part", "parts"), film.mean_samples());
+        let noise = film.noise();
+        let noise = if noise.is_finite() { format!("{:.2} %", 100.0 * noise) } else { "unknown".into() };
+        say!("{shown}: {n}, {spp} samples per pixel, noise {noise}");
     }
     Ok(0)
 }
