@@ -162,7 +162,14 @@ fn properties_that_are_almost_ours_are_pointed_out() {
         ));
             bench.run("inspect a.gltf")
         };
-    for slip in ["miecloud", "mie-cloud.kind", "Mie_Cloud.atmosphere.step_m", "mie_cloud_kind", "mie cloud"] {
+    for slip in [
+        "miecloud",
+        "mie-cloud.kind",
+        "Mie_Cloud.atmosphere.step_m",
+        "mie_cloud_kind",
+        "mie cloud",
+        "miecloud.image.resolution",
+    ] {
         let output = inspect(slip);
         assert_eq!(output.status.code(), Some(3), "{slip}");
         assert_says(&text(&output.stderr), &["scenes[0].extras", slip, "`mie_cloud`"]);

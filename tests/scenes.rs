@@ -739,6 +739,23 @@ fn a_small_file_cannot_ask_for_much_memory() {
     assert!(failure(gltf.load(&options())).contains("--memory-limit"));
 }
 
+/// A long name may be kept once, not for every instance of a fog box and every node that holds a light.
+#[test]
+fn long_names_are_not_multiplied() -> Outcome {
+    let mut gltf = Gltf::new();
+    gltf.json["meshes"] = json!([cube_mesh(&mut gltf)]);
+    let (long, mark) = ("n".repeat(10_000), json!({ "kind": "fog", "number_per_m3": 1e8 }));
+    gltf.json["nodes"] = json!([{ "name": long, "mesh": 0, "extras": { "mie_cloud": mark } },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let lights = json!([{ "type": "directional", "name": "s".repeat(10_000) }]);
+    gltf.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+    let scene = gltf.load(&options())?;
+    let names = [&scene.fog_boxes[0].name, &scene.suns[0].name];
+    assert!(names.iter().all(|name| (80..100).contains(&name.len())), "{names:?}");
+    Ok(())
+}
+
 #[test]
 fn the_documentation_has_every_key_with_unit_default_and_range() {
     use mie_cloud::scene::{keys, marks};

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use xxhash_rust::xxh3::xxh3_128;
+
 use super::materials::Surface;
 use crate::excerpt::excerpt;
 use crate::optics::DropletClass;
@@ -23,7 +25,8 @@ pub enum SceneMaterial {
 /// The classes of a scene; the first is that of droplets which say nothing.
 pub struct Classes<'d> {
     list: Vec<DropletClass>,
-    by_key: HashMap<String, u16>,
+    /// By the hash of what describes them: a text that many nodes share is not kept for each.
+    by_key: HashMap<u128, u16>,
     materials: &'d [Material],
     scene_material: SceneMaterial,
     folder: &'d Folder,
@@ -58,6 +61,7 @@ impl<'d> Classes<'d> {
             return Ok(0);
         }
         let key = format!("{material:?} {phase:?} {distribution:?} {albedo:?} {:?}", refracting.map(|s| s.index));
+        let key = xxh3_128(key.as_bytes());
         if let Some(&class) = self.by_key.get(&key) {
             return Ok(class);
         }
@@ -76,7 +80,7 @@ impl<'d> Classes<'d> {
             let problem = format!("_MATERIAL {number} is {index}, and there are {} materials", self.materials.len());
             return Err(SceneError::at(element, SceneFault::Mark { problem, remedy }));
         };
-        let key = format!("{base} #{index}");
+        let key = xxh3_128(format!("{base} #{index}").as_bytes());
         if let Some(&class) = self.by_key.get(&key) {
             return Ok(class);
         }
@@ -115,7 +119,7 @@ impl<'d> Classes<'d> {
         })
     }
 
-    fn add(&mut self, key: String, class: DropletClass, element: &str) -> SceneResult<u16> {
+    fn add(&mut self, key: u128, class: DropletClass, element: &str) -> SceneResult<u16> {
         // Two descriptions may mean the same; scenes have few classes, so a search costs little.
         const SEARCHED: usize = 256;
         let same = self.list.iter().take(SEARCHED).position(|known| *known == class);
