@@ -43,7 +43,8 @@ fn run_here(args: &AccuracyArgs) -> Result<u8, Failure> {
     .map_err(|error| {
         Failure::scene(anyhow::Error::new(error).context(args.measure.scene.scene.display().to_string()))
     })?;
-    printed.and_then(|()| print_summary(&report, &mut out)).map_err(Failure::other)?;
+    let printed = printed.and_then(|()| print_summary(&report, &mut out));
+    // Files are written even where nobody reads the table.
     if let Some(path) = &args.measure.csv {
         write_atomically(path, Existing::Replace, |out| write_csv(&report, out)).map_err(Failure::other)?;
     }
@@ -52,6 +53,7 @@ fn run_here(args: &AccuracyArgs) -> Result<u8, Failure> {
         let svg = plot(&report, &trial.scene.name).map_err(Failure::other)?;
         write_atomically(path, Existing::Replace, |out| out.write_all(svg.as_bytes())).map_err(Failure::other)?;
     }
+    printed.map_err(Failure::other)?;
     Ok(0)
 }
 

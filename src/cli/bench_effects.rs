@@ -34,11 +34,13 @@ fn run_here(args: &EffectsArgs) -> Result<u8, Failure> {
         }
     })
     .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
-    printed.and_then(|()| print_summary(&report, &mut out)).map_err(Failure::other)?;
+    let printed = printed.and_then(|()| print_summary(&report, &mut out));
+    // Files are written even where nobody reads the table.
     if let Some(path) = &args.csv {
         write_atomically(path, Existing::Replace, |out| write_csv(&report, out)).map_err(Failure::other)?;
     }
     write_json(&args.json, &report)?;
+    printed.map_err(Failure::other)?;
     Ok(0)
 }
 
