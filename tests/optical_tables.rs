@@ -108,6 +108,25 @@ fn every_phase_model_has_its_function() {
     assert!(matches!(*build("table:f.csv").get(0, 0).phase, PhaseFunction::Tabulated(_)));
 }
 
+/// Rationale: a table is normalised to what it shows of a peak. Set-up: Henyey-Greenstein of g = 0.95, whose peak is some degrees wide. Expected: a warning where
+/// the integral of the table is off, and only there.
+#[test]
+fn tables_that_miss_a_peak_are_warned_of() {
+    let g: f64 = 0.95;
+    let value = |theta: f64| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * theta.cos()).powf(1.5);
+    for (step_deg, is_coarse) in [(20.0, true), (10.0, true), (5.0, true), (1.0, false), (0.25, false)] {
+        let rows = (0..=(180.0 / step_deg) as u32).map(|i| f64::from(i) * step_deg);
+        let csv: String = rows.map(|deg| format!("{deg},{}\n", value(deg.to_radians()))).collect();
+        let phase = PhaseModel::parse("table:f.csv", &|_| Ok(csv.clone())).expect("a table");
+        let classes = [DropletClass { phase, ..class("mie") }];
+        let plan = BinPlan::of_distribution(&classes[0]);
+        let tables = OpticalTables::build(&plan, &classes, &settings(&[550e-9], None)).expect("tables");
+        let said: Vec<String> = tables.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(said.len(), usize::from(is_coarse), "{step_deg} degrees: {said:?}");
+        assert!(!is_coarse || said[0].contains("f.csv") && said[0].contains("more angles"), "{said:?}");
+    }
+}
+
 #[test]
 fn the_fitted_blend_is_refused_outside_its_range() {
     let classes = [class("hg-draine")];
@@ -194,7 +213,7 @@ fn the_cache_and_the_threads_change_nothing() {
 #[test]
 fn wavelengths_outside_the_data_are_refused() {
     let classes = [class("mie")];
-    let error = OpticalTables::build(&plan(&classes, &[5.0]), &classes, &settings(&[2e-6], None)).unwrap_err();
+    let error = OpticalTables::build(&plan(&classes, &[5.0]), &classes, &settings(&[1e-3], None)).unwrap_err();
     assert!(matches!(error, OpticsError::Material(_)), "{error}");
 }
 

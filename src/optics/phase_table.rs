@@ -45,6 +45,21 @@ impl PhaseTable {
         Self::from_nodes(s, values, Interpolation::Monotone)
     }
 
+    /// How far the integral of a table as `from_samples` takes it may be off because its angles are far apart, relative: a third of what it changes by
+    /// without every other angle, since the error falls with the square of their distance at least. `None` as there.
+    pub fn step_error(theta_rad: &[f64], values: &[f64]) -> Option<f64> {
+        let last = theta_rad.len().checked_sub(1)?;
+        let every_other =
+            |all: &[f64]| -> Vec<f64> { all.iter().step_by(2).chain(&all[last - last % 2 + 1..]).copied().collect() };
+        let integral = |theta_rad: &[f64], values: &[f64]| {
+            Some(values.iter().copied().fold(0.0, f64::max) / Self::from_samples(theta_rad, values)?.scale)
+        };
+        let whole = integral(theta_rad, values)?;
+        // Half of the values may all be zero.
+        let half = integral(&every_other(theta_rad), &every_other(values)).unwrap_or(0.0);
+        Some((half / whole - 1.0).abs() / 3.0)
+    }
+
     /// A table through values at nodes of s that increase from 0 to 1.
     pub(super) fn from_nodes(mut s: Vec<f64>, values: &[f64], interpolation: Interpolation) -> Option<Self> {
         let largest = values.iter().copied().fold(0.0, f64::max);

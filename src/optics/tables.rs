@@ -244,7 +244,9 @@ impl SharedPhases {
         };
         let tables = keys.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
         shared.at_cap = keys.into_iter().zip(tables).collect();
-        shared.warnings = cap_warning(largest_x, settings.size_parameter_cap).into_iter().collect();
+        let coarse = classes.iter().filter_map(coarse_warning);
+        shared.warnings = cap_warning(largest_x, settings.size_parameter_cap).into_iter().chain(coarse).collect();
+        shared.warnings.dedup();
         Ok(shared)
     }
 
@@ -258,6 +260,24 @@ fn file_phase(class: &DropletClass) -> Result<Option<Arc<PhaseFunction>>, Optics
     let phase = PhaseTable::from_samples(&table.theta_rad, &table.value);
     let phase = phase.ok_or_else(|| OpticsError::PhaseTable(table.name.clone()))?;
     Ok(Some(Arc::new(PhaseFunction::Tabulated(phase))))
+}
+
+/// A table whose angles miss a peak is normalised to what it shows of it: all other angles are then too bright or too dark.
+const COARSE: f64 = 0.01;
+
+fn coarse_warning(class: &DropletClass) -> Option<Warning> {
+    let PhaseModel::Table(table) = &class.phase else { return None };
+    let error = PhaseTable::step_error(&table.theta_rad, &table.value)?;
+    (error > COARSE).then(|| {
+        Warning::new(
+            format!(
+                "{}: the angles of this phase function are too far apart: without every other one its integral changes by {:.2} %",
+                table.name,
+                300.0 * error
+            ),
+            "give more angles where it is steep, above all near 0 degrees",
+        )
+    })
 }
 
 fn cap_warning(largest_x: f64, cap: f64) -> Option<Warning> {
