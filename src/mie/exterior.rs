@@ -65,7 +65,7 @@ pub(super) fn fill_exterior(x: f64, psi: &mut [f64], chi: &mut [f64], mut interi
         interior();
     }
     // The start, whose ratio of neighbours is a guess, is forgotten as fast as the series converges. 1e-290
-    // leaves room for the growth down to n_match: 1e80 at most, at x = 1e-6.
+    // leaves room for the growth down to n_match: 2e122 at most, from order 17 at x = 1e-6.
     let odd = (2 * n_last + 1) as f64;
     let mut psi_down = Downward { inv_x, odd, above: 1e-290 * x / (odd + 2.0), current: 1e-290 };
     for (psi, chi) in psi_high.iter_mut().rev().zip(chi_high) {

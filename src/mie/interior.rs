@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use super::terms::turning_terms;
 
-/// Rescaling threshold and factor, powers of two: products with psi, chi (<= 1e62) and their squares stay finite.
+/// Rescaling threshold and factor, powers of two: products with psi, chi (<= 1e121) and their squares stay finite.
 const BIG: f64 = (1_u128 << 100) as f64;
 const SCALE: f64 = 1.0 / BIG;
 

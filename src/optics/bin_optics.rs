@@ -23,7 +23,8 @@ use crate::spectrum::observer::{VISIBLE_MAX_NM, VISIBLE_MIN_NM};
 /// which are smooth, and every 3.1 nm for a single radius, which has ripples.
 const Q_MAX_WAVELENGTHS: [usize; 2] = [33, 129];
 
-/// Above the cap Q_ext is 2 + 2 x^(-2/3) (van de Hulst 1957), 2.003 at most, and its ripple smaller still.
+/// Above the cap Q_ext is 2 + 2 x^(-2/3) (van de Hulst 1957), 2.003 at the default one, and its ripple smaller still. With
+/// a lower cap the wavelengths of the picture, which count too, keep the disc large enough for it.
 const Q_MAX_WAVELENGTHS_ABOVE_CAP: usize = 3;
 
 /// Radii for that search: the largest of 33 values needs no more than a percent.

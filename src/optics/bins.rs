@@ -83,7 +83,7 @@ enum Lookup {
 impl BinPlan {
     /// Plans the bins for the droplets of a scene; `count` is the number of bins per class, `None` chooses.
     ///
-    /// One pass over the droplets and 256 KiB per class, however many there are. Droplets of unknown classes are
+    /// One pass over the droplets and 128 KiB per class, however many there are. Droplets of unknown classes are
     /// ignored; radii must be finite and not negative.
     pub fn new(
         classes: &[DropletClass],

@@ -17,7 +17,7 @@ use super::size_average::AverageAccuracy;
 /// numbers in an entry would be.
 const MAGIC: &[u8; 8] = b"mietab01";
 
-/// Entries larger than this are not read: the largest table has 32 768 nodes, a few cells each, of 32 bytes.
+/// Entries larger than this are not read: the largest table has 32 768 nodes, a few cells each, of 24 bytes.
 const MAX_ENTRY_BYTES: u64 = 16 << 20;
 
 /// What an entry was made from.

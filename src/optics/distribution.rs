@@ -133,7 +133,8 @@ impl Shape {
         }
     }
 
-    /// Droplets per metre of radius, not normalised: 1 at a point near the mode.
+    /// Droplets per metre of radius, not normalised: 1 at a point near the mode; of a table that was read, from 1 to 2 at
+    /// the largest row.
     pub(super) fn relative_density(&self, r_m: f64) -> f64 {
         match self {
             Self::Mono { .. } => 0.0,

@@ -11,7 +11,7 @@ use crate::mie::MieError;
 /// Grid steps per fringe pi/x.
 const STEPS_PER_FRINGE: f64 = 4.0;
 
-/// Half the base of the triangle, in fringes: one and a half periods at half height.
+/// Half the base of the triangle, in fringes: at half height it is three periods wide.
 const HALF_WIDTH: f64 = 3.0;
 
 /// Rings about 0 and pi that stay sharp, and over which the blur then grows to its full width.

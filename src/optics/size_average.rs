@@ -225,7 +225,7 @@ impl SizeAverage {
 
     /// A table of the phase function; `None` where nothing is scattered.
     ///
-    /// Fringes of spheres above x = 2000 are blurred over one and a half periods, except near 0 and pi.
+    /// Fringes of single spheres above x = 2000 are blurred over three periods, except near 0 and pi.
     ///
     /// # Errors
     /// When a sphere is outside the domain of the Mie series.
