@@ -27,11 +27,11 @@ pub enum Layer {
     Airlight,
     /// Camera, air, droplet, sun.
     Glow,
-    /// All other paths with air in them.
+    /// All other paths from the sun with air in them.
     AirMultiple,
     /// Through resolved droplets.
     Refraction,
-    /// Camera to background.
+    /// The background, seen straight or by way of droplets and air, and the suns' discs.
     Background,
 }
 

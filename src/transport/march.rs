@@ -2,7 +2,7 @@
 //! that droplets scatter into the air.
 //!
 //! Steps are equal and at most `step_m` long; the sample lies at random in each, by what the air lets pass, so a coarse
-//! step is noise and never a bias, and unlit or thick air without droplets has no noise at all.
+//! step is noise and never a bias, and air that is lit evenly, with no droplet before it, has no noise at all.
 
 use super::glow;
 use super::path::turn_h;

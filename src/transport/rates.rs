@@ -32,7 +32,8 @@ impl Part {
     }
 }
 
-/// How often each estimator is asked per sample, as powers of two: exponents from -16 to 16, others count as the nearest.
+/// How often each estimator is asked per sample, as powers of two: exponents from -16 to 16, others count as the nearest,
+/// but for `i8::MIN`, which is never.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rates {
     /// Light that droplets scatter, once or many times.

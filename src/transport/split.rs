@@ -18,7 +18,7 @@ const SPLIT_ABOVE: f64 = 2.0;
 /// At most so many at once.
 const MOST_COPIES: f64 = 16.0;
 
-/// A sample of a pixel divides no further after so many.
+/// A path divides no further after so many branches.
 const MOST_BRANCHES: u32 = 1 << 10;
 
 /// A branch that waits; its numbers by wavelength lie in `Branches::numbers`.
@@ -38,7 +38,7 @@ pub(super) struct Offshoot {
 pub(super) struct Branches {
     waiting: Vec<Offshoot>,
     numbers: Vec<f64>,
-    /// How many there have been in this sample.
+    /// How many there have been of this path.
     n_begun: u32,
     /// How many more paths go on from the present collision.
     n_more: u32,

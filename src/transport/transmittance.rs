@@ -121,11 +121,6 @@ impl OpticalDepth {
         }
         if self.touched.is_empty() {
             let column = std::mem::take(&mut self.column);
-            // A scene without particles has no bins at all.
-            if column == Column::default() {
-                self.depth.fill(0.0);
-                return &self.depth;
-            }
             let row = media.c_ext_m2(self.bin).iter().zip(media.disc_depth(self.bin));
             for (depth, (c_ext_m2, disc)) in self.depth.iter_mut().zip(row) {
                 *depth = column.depth(*c_ext_m2, *disc);

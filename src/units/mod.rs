@@ -14,7 +14,7 @@ pub enum UnitError {
     /// The unit is missing or unknown.
     #[error("`{text}` needs a unit: one of {expected}")]
     Unit { text: String, expected: &'static str },
-    /// The number is negative, infinite or NaN.
+    /// The number is negative, infinite, NaN or, of a time, beyond a century.
     #[error("`{0}` is not a finite, non-negative number within reason")]
     Range(String),
 }
@@ -74,7 +74,8 @@ pub fn parse_bytes(text: &str) -> Result<u64, UnitError> {
     let (number, unit) = split_unit(text);
     let value: f64 = number.parse().map_err(|_| UnitError::NotANumber(text.into()))?;
     let scale = SIZES.iter().find(|(name, _)| name.eq_ignore_ascii_case(unit)).map(|(_, scale)| *scale);
-    let scale = scale.ok_or(UnitError::Unit { text: text.into(), expected: "kB, MB, GB, TB, KiB, MiB, GiB, TiB" })?;
+    let scale =
+        scale.ok_or(UnitError::Unit { text: text.into(), expected: "B, kB, MB, GB, TB, KiB, MiB, GiB, TiB" })?;
     if !(value.is_finite() && value >= 0.0) {
         return Err(UnitError::Range(text.into()));
     }
