@@ -269,10 +269,10 @@ fn points_marked_as_fog_are_balls_of_fog() -> Outcome {
     assert_eq!(scene.fog_balls.len(), 1);
     let mut asked = 0;
     scene
-        .fill_fog(|_, own_m| {
+        .fill_fog(|_, own_m, measure| {
             asked += 1;
-            assert_eq!(own_m, None);
-            Ok::<_, ()>(mie_cloud::scene::fog::PerDroplet { mass_g: 1e-9, extinction_m2: 1e-10 })
+            assert_eq!((own_m, measure), (None, mie_cloud::scene::fog::Measure::ExtinctionM2));
+            Ok::<_, ()>(1e-10)
         })
         .map_err(|()| "fill")?;
     assert_eq!(asked, 1);

@@ -6,7 +6,7 @@
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::collision::Place;
-use super::flight::{air_before, escape, is_crowded, land, meet, next_place, normalize};
+use super::flight::{air_before, escape, land, meet, next_place, normalize};
 use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
@@ -71,12 +71,12 @@ pub(super) fn add_air_path(
     ctx: &RenderContext,
     leg: &LocalRay,
     left: Option<u32>,
+    is_crowded: bool,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
     let hero = scratch.hero;
     scratch.begin_path();
-    let is_crowded = is_crowded(scratch);
     let (mut ray, mut left, mut met) = (*leg, left, Met::default());
     for order in 1..=ctx.max_air_order {
         let draw = DRAWS | order;

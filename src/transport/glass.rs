@@ -207,8 +207,12 @@ impl BallMaterial {
         if absorption == Absorption::LeftOut || given.is_some() {
             index.iter_mut().for_each(|m| m.im = 0.0);
         }
-        let kept = |q_ext: f64| given.map_or(1.0, |albedo| (1.0 - (1.0 - albedo) * q_ext).max(0.0));
-        let kept = of_bin.optics.iter().map(|optics| kept(optics.q_ext)).collect();
+        // The table's own albedo: where peaks are cut it goes with the lower extinction, so that as much is absorbed (theory (96)).
+        let kept = of_bin.optics.iter().map(|optics| match given {
+            Some(_) => (1.0 - (1.0 - optics.albedo) * optics.q_ext).max(0.0),
+            None => 1.0,
+        });
+        let kept = kept.collect();
         let absorption_per_m = index.iter().zip(wavelengths_m).map(|(m, l_m)| 4.0 * PI * m.im / l_m).collect();
         let is_dispersive = index.iter().any(|m| m.re != index[0].re);
         Ok(Self { index, absorption_per_m, kept, is_dispersive })

@@ -5,6 +5,7 @@
 
 use super::place::bin_plan;
 use super::render::{RenderRequest, Spectral};
+use super::wanted_tables::table_wavelengths;
 use crate::film::Film;
 use crate::optics::tables::predicted_bytes;
 use crate::plan::EffectPlan;
@@ -105,11 +106,7 @@ impl Need {
         need.add(format!("{n_threads} threads"), threads, "use fewer --threads");
         let bins = bin_plan(scene);
         need.add_bodies(scene, plan, n_wavelengths, n_threads, bins.bins.len());
-        let tables = if plan.is_on(Effect::Dispersion) {
-            &sampling.wavelengths_m[..]
-        } else {
-            sampling.wavelengths_m.get(..1).unwrap_or_default()
-        };
+        let tables = table_wavelengths(plan, sampling).middles_m;
         let bytes = predicted_bytes(&bins, &scene.classes, tables);
         need.add("optical tables", bytes, "ask for fewer spectral bands, or for fewer droplets.size_bins");
         need.add_film(request, n_wavelengths, held);

@@ -45,9 +45,12 @@ pub(super) fn find_rates(ctx: &RenderContext) -> Rates {
 /// Pixels on a grid over the picture.
 fn grid([width, height]: [u32; 2]) -> Vec<[u32; 2]> {
     let most = f64::from(MOST_PIXELS.min(width.saturating_mul(height) / EVERY));
+    if most < 1.0 {
+        return Vec::new();
+    }
     let aspect = f64::from(width) / f64::from(height.max(1));
     let columns = ((most * aspect).sqrt() as u32).clamp(1, width.max(1));
-    let rows = ((most / f64::from(columns)) as u32).min(height);
+    let rows = ((most / f64::from(columns)) as u32).clamp(1, height.max(1));
     let middle = |i: u32, n: u32, of: u32| ((f64::from(i) + 0.5) * f64::from(of) / f64::from(n)) as u32;
     (0..rows).flat_map(|y| (0..columns).map(move |x| [middle(x, columns, width), middle(y, rows, height)])).collect()
 }

@@ -59,13 +59,15 @@ pub(super) fn goes_on(light: f64, u: f64, order: u32, long: u32, scratch: &mut S
     let Scratch { weight, event, branches, .. } = scratch;
     let largest = weight.iter().zip(&event.sigma).map(|(weight, sigma)| weight * sigma).fold(0.0, f64::max);
     branches.n_more = 0;
+    if largest <= 0.0 {
+        return false;
+    }
     if order == 1 {
         branches.per_first = (largest * light).recip();
     }
     let against_first = largest * light * branches.per_first;
     let survival = (against_first / THIN_BELOW).min(1.0) * survival_of_length(order, long);
-    // A path without weight has no survival that is a number.
-    if u >= survival || survival.is_nan() {
+    if u >= survival {
         return false;
     }
     if against_first > SPLIT_ABOVE && branches.n_begun < MOST_BRANCHES {

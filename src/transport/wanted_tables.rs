@@ -13,7 +13,7 @@ use crate::optics::phase_model::PhaseModel;
 use crate::optics::size_average::AverageAccuracy;
 use crate::optics::tables::{OpticalTables, OpticsError, TableSettings};
 use crate::plan::EffectPlan;
-use crate::scene::fog::PerDroplet;
+use crate::scene::fog::Measure;
 use crate::scene::model::Scene;
 use crate::scene::settings::{Accuracy, AirPhase, Effect};
 use crate::spectrum::SpectralSampling;
@@ -24,9 +24,9 @@ const FOG_WAVELENGTH_M: f64 = 550e-9;
 /// Wavelengths that need tables, m.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Wavelengths<'a> {
-    middles_m: &'a [f64],
+    pub middles_m: &'a [f64],
     /// Edges of the bands; none where each wavelength is meant alone.
-    edges_m: &'a [f64],
+    pub edges_m: &'a [f64],
 }
 
 /// What needs tables; without dispersion all wavelengths share the middle one.
@@ -82,15 +82,17 @@ pub(super) fn table_settings<'a>(
 pub(super) fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
     let settings =
         table_settings(&scene.settings.accuracy, Wavelengths { middles_m: &[FOG_WAVELENGTH_M], edges_m: &[] }, None);
-    scene.fill_fog(|class, own_radius_m| {
+    scene.fill_fog(|class, own_radius_m, measure| {
         let distribution = match own_radius_m {
             Some(r_m) => SizeDistribution { shape: Shape::Mono { r_m }, r_min_m: r_m, r_max_m: r_m },
             None => class.distribution.clone(),
         };
+        if measure == Measure::MassG {
+            return Ok(1e3 * class.material.density_kg_per_m3() * distribution.law().mean_volume_m3());
+        }
         let class = DropletClass { distribution, phase: PhaseModel::Isotropic, ..class.clone() };
         let tables = OpticalTables::build(&BinPlan::of_distribution(&class), std::slice::from_ref(&class), &settings)?;
-        let mass_g = 1e3 * class.material.density_kg_per_m3() * tables.bins[0].mean_volume_m3;
-        Ok(PerDroplet { mass_g, extinction_m2: tables.get(0, 0).c_ext_m2 })
+        Ok(tables.get(0, 0).c_ext_m2)
     })
 }
 

@@ -19,6 +19,7 @@ use ::exr::prelude::f16;
 
 use super::header::{MAGIC, STRUCTURAL};
 use super::{DecodeError, ReadError};
+use crate::excerpt::printable;
 use crate::image::picture::{Attribute, Channel, Chromaticities, Frame, Picture};
 
 /// What a file may ask for.
@@ -274,11 +275,12 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// What the crate says may hold names from the file.
 fn from_crate(error: CrateError) -> DecodeError {
     match error {
-        CrateError::NotSupported(what) => DecodeError::Unsupported(what.into_owned()),
-        CrateError::Invalid(what) => DecodeError::Damaged(what.into_owned()),
-        CrateError::Io(error) => DecodeError::Damaged(error.to_string()),
+        CrateError::NotSupported(what) => DecodeError::Unsupported(printable(&what)),
+        CrateError::Invalid(what) => DecodeError::Damaged(printable(&what)),
+        CrateError::Io(error) => DecodeError::Damaged(printable(&error.to_string())),
         CrateError::Aborted => DecodeError::Damaged("reading was given up".into()),
     }
 }
