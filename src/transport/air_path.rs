@@ -1,8 +1,8 @@
 //! `air-multiple`: light that air and droplets scatter one after the other, in any order, other than airlight and glow.
 //!
-//! A path like that of `path.rs`, on which the air takes part. At every flight it is drawn first whether the next collision is
-//! with the air or with droplets, so that thin air is met at once; theory (51), (52). Paths without air, airlight (one collision
-//! with the air) and glow (air, then a droplet) are walked past and not counted: they have estimators of their own.
+//! A path like that of `path.rs`, on which the air takes part. At every flight the droplets' next collision is drawn, then whether the air
+//! comes before it; a path that has not met the air yet is made to, however thin it is; theory (51), (52). Paths without air, airlight (one
+//! collision with the air) and glow (air, then a droplet) are walked past and not counted: they have estimators of their own.
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::collision::Place;

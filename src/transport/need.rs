@@ -3,10 +3,14 @@
 //! The numbers per droplet and pixel are those of the data's layout, or measured peaks where a stage holds several things for
 //! a moment (docs/robustness.md). They are meant to be somewhat too large: what is allowed must fit.
 
+use std::f64::consts::TAU;
+
+use super::glow;
 use super::place::bin_plan;
 use super::render::{RenderRequest, Spectral};
 use super::wanted_tables::table_wavelengths;
 use crate::film::Film;
+use crate::optics::bins::BinPlan;
 use crate::optics::tables::predicted_bytes;
 use crate::plan::EffectPlan;
 use crate::scene::model::Scene;
@@ -106,6 +110,7 @@ impl Need {
         need.add(format!("{n_threads} threads"), threads, "use fewer --threads");
         let bins = bin_plan(scene);
         need.add_bodies(scene, plan, n_wavelengths, n_threads, bins.bins.len());
+        need.add_glow_tables(scene, plan, &bins, sampling);
         let tables = table_wavelengths(plan, sampling).middles_m;
         let bytes = predicted_bytes(&bins, &scene.classes, tables);
         need.add("optical tables", bytes, "ask for fewer spectral bands, or for fewer droplets.size_bins");
@@ -146,6 +151,25 @@ impl Need {
                 "leave it out with --effects -glow, or ask for fewer spectral bands",
             );
         }
+    }
+
+    /// Blurred phase functions of what glows: fine where there are large drops, and many where there are many sizes.
+    fn add_glow_tables(&mut self, scene: &Scene, plan: &EffectPlan, bins: &BinPlan, sampling: &SpectralSampling) {
+        if !plan.is_on(Effect::Glow) || scene.settings.atmosphere.scattering_per_m <= 0.0 {
+            return;
+        }
+        let wavelengths_m = table_wavelengths(plan, sampling).middles_m;
+        let shortest_m = wavelengths_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest_m = bins.bins.iter().map(|bin| bin.distribution.law().effective_radius_m()).fold(0.0, f64::max);
+        let x = (TAU * largest_m / shortest_m).min(scene.settings.accuracy.size_parameter_cap);
+        let n_bins = bins.bins.len();
+        let bytes = glow::predicted_bytes(x, wavelengths_m.len() * n_bins.clamp(1, 1 + glow::MOST_DEVIATIONS));
+        let bin_by_bin = if n_bins > 1 { 4 * glow::MOST_TABLED as u64 } else { 0 };
+        self.add(
+            "blurred phase functions of what glows",
+            bytes.saturating_add(bin_by_bin.min(bytes)),
+            "leave it out with --effects -glow, or ask for fewer spectral bands, or lower accuracy.size_parameter_cap",
+        );
     }
 
     fn add_film(&mut self, request: &RenderRequest, n_wavelengths: u64, held: Held) {

@@ -32,7 +32,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::bin_phases::BinPhases;
+pub(super) use self::bin_phases::MOST_TABLED;
+pub(super) use self::blur::predicted_bytes;
 use self::blur::{BlurTable, step_for};
+pub(super) use self::mixture::MOST_DEVIATIONS;
 use self::mixture::Mixture;
 use self::runs::Run;
 use self::shape::own_grains;
