@@ -5,6 +5,7 @@ mod program;
 use std::path::PathBuf;
 
 use mie_cloud::film::{Layer, Wanted};
+use mie_cloud::image::Attribute;
 use mie_cloud::scene::generate::CloudShape;
 use mie_cloud::scene::settings::Effect;
 use program::{Bench, assert_says, shipped, text};
@@ -284,6 +285,31 @@ fn spectral_channels_hold_every_wavelength() {
         assert!(channel.values.iter().any(|value| *value > 0.0), "{}", channel.name);
     }
     assert!(picture.attribute("spectralLayoutVersion").is_some(), "{:?}", picture.attributes);
+}
+
+/// What the header says that they are: radiance over the sun's irradiance, whatever that is.
+#[test]
+fn spectral_channels_are_relative_to_the_irradiance_in_every_mode() {
+    let bench = Bench::with_cloud();
+    for mode in ["mono:550nm", "rgb", "bands:3"] {
+        let render = |out: &str, irradiance: &str| {
+            bench.ok(&format!(
+                "render cloud.glb -o {out} --spp 2 -q --spectral --set spectral.mode={mode} --set sun.irradiance={irradiance}"
+            ));
+            bench.picture(out)
+        };
+        let (one, more) = (render("a.exr", "1"), render("b.exr", "1.75"));
+        for channel in one.channels.iter().filter(|channel| channel.name != "A") {
+            let other = more.channel(&channel.name).expect(&channel.name);
+            let is_spectral = channel.name.starts_with("S0.");
+            let factor = if is_spectral || mode == "bands:3" { 1.0 } else { 1.75 };
+            // Values of 24 bits.
+            let agree = |(a, b): (&f32, &f32)| (a * factor - b).abs() <= 1e-6 * b.abs();
+            assert!(channel.values.iter().zip(other).all(agree), "{mode}: {}", channel.name);
+            assert!(channel.values.iter().any(|value| *value > 0.0), "{mode}: {}", channel.name);
+        }
+        assert_eq!(more.attribute("emissiveUnits"), Some(&Attribute::Text("sr^-1".into())));
+    }
 }
 
 #[test]

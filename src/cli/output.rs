@@ -71,6 +71,8 @@ pub struct Recipe {
     wanted: Vec<String>,
     /// Wavelengths at which radiance is written, nm.
     wavelengths_nm: Vec<f64>,
+    /// Irradiance of the brightest sun in the sums' unit: radiance by wavelength is written over it.
+    irradiance: f64,
 }
 
 impl Recipe {
@@ -112,6 +114,7 @@ impl Recipe {
             scale: white.filter(|_| wishes.absolute).unwrap_or(1.0),
             wanted: wishes.wanted.iter().filter_map(name).collect(),
             wavelengths_nm: kept.iter().map(|m| m * 1e9).collect(),
+            irradiance: sampling.reference_irradiance(scene.settings.sun.irradiance),
         }
     }
 }
@@ -150,7 +153,7 @@ pub fn picture(film: &Film, recipe: &Recipe) -> Picture {
     }
     if film.n_spectral() > 0 {
         let kept = recipe.wavelengths_nm.iter().take(film.n_spectral()).enumerate();
-        let planes = kept.map(|(w, nm)| (*nm, film.spectral_plane(w)));
+        let planes = kept.map(|(w, nm)| (*nm, film.spectral_plane(w, recipe.irradiance.recip())));
         spectral::add_spectrum(&mut picture, planes, "sr^-1");
     }
     for (name, value) in &recipe.attributes {
