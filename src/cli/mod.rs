@@ -5,6 +5,7 @@ mod bench_accuracy;
 mod bench_args;
 mod bench_effects;
 mod bench_particles;
+mod busy;
 mod checkpoint;
 mod claims;
 mod diff;
