@@ -253,6 +253,31 @@ fn diff_tells_equal_pictures_from_different_ones() {
 }
 
 #[test]
+fn diff_says_which_pixels_and_pictures_cannot_be_compared() {
+    let bench = Bench::with_cloud();
+    // The program itself writes no such pixels.
+    for (name, green) in [("a.exr", 0.5), ("b.exr", f32::NAN)] {
+        let pixel = |x, y| if x >= 7 && y >= 4 { (0.5_f32, green, 0.5_f32) } else { (0.25, 0.5, 0.75) };
+        exr::prelude::write_rgb_file(bench.path(name), 9, 6, pixel).expect("written");
+    }
+    let output = bench.run("diff b.exr a.exr --max-rel 1");
+    assert_eq!(output.status.code(), Some(1));
+    assert_says(&text(&output.stdout), &["4 not finite", "not finite      (7, 4): ", "NaN", "never within --max-rel"]);
+    assert!(!bench.ok("diff a.exr a.exr --max-rel 0").contains("never within"));
+
+    let small = "--resolution 4x3 --spp 1 -q --set spectral.mode";
+    for (out, mode) in
+        [("c.exr", "bands:3"), ("d.exr", "bands:4"), ("e.exr", "mono:550nm"), ("f.exr", "bands:3 --absolute")]
+    {
+        bench.ok(&format!("render cloud.glb -o {out} {small}={mode}"));
+    }
+    let warned = |pair: &str| text(&bench.run(&format!("diff {pair}")).stderr);
+    assert_eq!(warned("c.exr d.exr"), "");
+    assert_says(&warned("e.exr c.exr"), &["mono:550nm, the second in bands:3"]);
+    assert_says(&warned("f.exr c.exr"), &["1 cd/m^2 in the first", "31830.9", "whiteLuminance", "--absolute"]);
+}
+
+#[test]
 fn absolute_pictures_are_the_relative_ones_times_white() {
     let bench = Bench::with_cloud();
     let flags = "--spp 1 -q --set spectral.mode=bands:4";
