@@ -278,6 +278,21 @@ fn diff_says_which_pixels_and_pictures_cannot_be_compared() {
 }
 
 #[test]
+fn effects_that_can_do_nothing_are_told_of() {
+    let bench = Bench::with_cloud();
+    let tiny = "--resolution 2x2 --spp 1";
+    let said = |line: &str| text(&bench.run(line).stderr);
+    let glow = said(&format!("render cloud.glb -o a.exr {tiny} --effects +glow,+multiple"));
+    assert_says(&glow, &["warning: effect glow does nothing", "atmosphere.scattering_per_m is 0"]);
+    assert!(!glow.contains("effect multiple does"), "{glow}");
+    let lit = said(&format!("render cloud.glb -o a.exr {tiny} --effects +glow --set atmosphere.scattering_per_m=0.02"));
+    assert!(!lit.contains("does nothing"), "{lit}");
+    assert!(!said(&format!("render cloud.glb -o a.exr {tiny}")).contains("does nothing"));
+    let inspected = said("inspect cloud.glb --set effects.refraction=on");
+    assert_says(&inspected, &["warning: effect refraction does nothing", "no droplet is large enough to be seen"]);
+}
+
+#[test]
 fn absolute_pictures_are_the_relative_ones_times_white() {
     let bench = Bench::with_cloud();
     let flags = "--spp 1 -q --set spectral.mode=bands:4";
