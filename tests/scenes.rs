@@ -620,6 +620,8 @@ fn unknown_keys_are_errors_with_a_proposal() {
         assert!(text.contains(&format!("did you mean `{meant}`?")), "{text}");
         assert!(text.contains("--set"), "{text}");
     }
+    gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "kind": "fog", "extinction": 1 } });
+    assert!(failure(gltf.load(&options())).contains("did you mean `extinction_per_m`?"));
     gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "materiel": "ice" } });
     let text = failure(gltf.load(&options()));
     assert!(text.contains("did you mean `material`?") && text.contains("nodes[0] \"Points\""), "{text}");
