@@ -61,6 +61,10 @@ fn stats_hold_every_key_with_sane_values() {
     assert!(number("/rays/shadow") > 0.0);
     assert!(number("/rays/scatter") >= 0.0 && number("/rays/glow_queries") >= 0.0);
     assert!(number("/rays_per_second") > 0.0);
+    // There is no air.
+    let asked = ["direct, multiple", "air-multiple", "airlight", "glow"]
+        .map(|name| number(&format!("/asked_per_sample/{name}")));
+    assert_eq!(asked, [1.0, 0.0, 0.0, 0.0]);
     assert!(number("/noise") > 0.0 && number("/noise") < 10.0);
     assert!(number("/bvh_bytes") > 0.0 && number("/bvh_bytes") < 200.0 * 30.0);
     assert!(number("/geometry_bytes") >= 30.0 * 20.0 && number("/geometry_bytes") < 30.0 * 100.0);
@@ -275,6 +279,17 @@ fn diff_says_which_pixels_and_pictures_cannot_be_compared() {
     assert_eq!(warned("c.exr d.exr"), "");
     assert_says(&warned("e.exr c.exr"), &["mono:550nm, the second in bands:3"]);
     assert_says(&warned("f.exr c.exr"), &["1 cd/m^2 in the first", "31830.9", "whiteLuminance", "--absolute"]);
+}
+
+#[test]
+fn inspect_lists_the_droplets_that_there_are() {
+    let bench = Bench::new();
+    let scene = std::fs::read_to_string(shipped("scenes/fog.gltf")).expect("read");
+    let marked = "\"mesh\": 0, \"extras\": {\"mie_cloud\": {\"distribution\": \"mono:r=7um\"}}";
+    bench.write("a.gltf", &scene.replace("\"mesh\": 0", marked));
+    let said = bench.ok("inspect a.gltf");
+    let droplets: Vec<&str> = said.lines().filter(|line| line.starts_with("droplets")).collect();
+    assert!(matches!(droplets[..], [one] if one.contains("mono:r=7um")), "{said}");
 }
 
 #[test]

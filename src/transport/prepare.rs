@@ -201,6 +201,12 @@ impl Prepared {
         Ok(prepared)
     }
 
+    /// Which estimators there is anything to ask, in the order of `Rates::per_sample`.
+    pub fn is_asked(&self) -> [bool; 4] {
+        let Switches { direct, multiple, airlight, air_multiple, .. } = self.switches;
+        [direct || multiple, air_multiple, airlight, self.glow.is_some()]
+    }
+
     /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.
     pub fn without_chains(self) -> Self {
         Self { lobes: None, ..self }
