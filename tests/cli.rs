@@ -293,6 +293,17 @@ fn inspect_lists_the_droplets_that_there_are() {
 }
 
 #[test]
+fn layers_and_effects_may_be_written_alike() {
+    let bench = Bench::with_cloud();
+    for name in ["air-multiple", "air_multiple"] {
+        bench.ok(&format!(
+            "render cloud.glb -o a.exr --spp 1 -q --aov {name} --effects -{name} --set effects.{name}=auto"
+        ));
+        assert!(bench.picture("a.exr").channel("air_multiple.R").is_some());
+    }
+}
+
+#[test]
 fn effects_that_can_do_nothing_are_told_of() {
     let bench = Bench::with_cloud();
     let tiny = "--resolution 2x2 --spp 1";
@@ -429,6 +440,10 @@ fn time_limits_count_tables_which_are_told_of() {
     assert_eq!(stats["spp"], 1);
     assert_says(&said, &["tables: 0 of ", "--time-limit: it is over before the first sample"]);
     assert_eq!(text(&bench.run(&format!("{line} -q")).stderr), "");
+    // Nobody expects the most samples that there may be.
+    let said = text(&bench.run("render cloud.glb -o a.exr --time-limit 2.5").stderr);
+    let lines: Vec<&str> = said.lines().filter(|line| line.starts_with("render: ")).collect();
+    assert!(!lines.is_empty() && lines.iter().all(|line| line.contains(" spp") && !line.contains('/')), "{said}");
 }
 
 #[test]

@@ -205,7 +205,8 @@ pub struct RenderArgs {
     pub resume: Option<PathBuf>,
     /// Neither reads nor writes the table cache
     ///
-    /// Tables are kept in $XDG_CACHE_HOME/mie-cloud, or ~/.cache/mie-cloud.
+    /// Tables are kept in $XDG_CACHE_HOME/mie-cloud, or ~/.cache/mie-cloud, a file of some kilobytes to a megabyte for each size bin
+    /// and wavelength. They are never removed: empty that folder at any time, even while the program runs.
     #[arg(hide_short_help = true, long, help_heading = "Running")]
     pub no_cache: bool,
     /// Prints errors only

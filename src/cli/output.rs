@@ -49,7 +49,8 @@ fn parse_aov(list: &str) -> anyhow::Result<Vec<Wanted>> {
         if name == "all" {
             return Ok(all.iter().map(|(wanted, _)| *wanted).collect());
         }
-        let found = all.iter().find(|(_, known)| *known == name).map(|(wanted, _)| vec![*wanted]);
+        // Effects have dashes.
+        let found = all.iter().find(|(_, known)| *known == name.replace('-', "_")).map(|(wanted, _)| vec![*wanted]);
         let names = all.iter().map(|(_, known)| *known).chain(["all"]);
         found.ok_or_else(|| anyhow!("--aov: {}", no_such("layer", name, names)))
     };
