@@ -73,7 +73,13 @@ pub struct Recipe {
     /// Wavelengths at which radiance is written, nm.
     wavelengths_nm: Vec<f64>,
     /// Irradiance of the brightest sun in the sums' unit: radiance by wavelength is written over it.
+    #[serde(default = "unit")]
     irradiance: f64,
+}
+
+/// Of records that were written before it was one of theirs.
+fn unit() -> f64 {
+    1.0
 }
 
 impl Recipe {
