@@ -12,10 +12,10 @@ const MAY_USE: [(&str, &[&str]); 15] = [
     ("mie", &[]),
     ("optics", &["excerpt", "mie", "spectrum", "units", "suggest", "warning"]),
     ("scene", &["excerpt", "units", "optics", "spectrum", "suggest", "warning"]),
-    ("plan", &["scene", "optics", "spectrum", "units"]),
+    ("plan", &["scene", "optics", "spectrum", "units", "warning"]),
     ("accel", &[]),
     ("film", &[]),
-    ("image", &[]),
+    ("image", &["excerpt"]),
     ("transport", &["accel", "excerpt", "optics", "plan", "scene", "spectrum", "film", "image", "warning"]),
     (
         "study",

@@ -5,6 +5,7 @@ mod program;
 use std::path::PathBuf;
 
 use mie_cloud::film::{Layer, Wanted};
+use mie_cloud::image::Attribute;
 use mie_cloud::scene::generate::CloudShape;
 use mie_cloud::scene::settings::Effect;
 use program::{Bench, assert_says, shipped, text};
@@ -60,6 +61,10 @@ fn stats_hold_every_key_with_sane_values() {
     assert!(number("/rays/shadow") > 0.0);
     assert!(number("/rays/scatter") >= 0.0 && number("/rays/glow_queries") >= 0.0);
     assert!(number("/rays_per_second") > 0.0);
+    // There is no air.
+    let asked = ["direct, multiple", "air-multiple", "airlight", "glow"]
+        .map(|name| number(&format!("/asked_per_sample/{name}")));
+    assert_eq!(asked, [1.0, 0.0, 0.0, 0.0]);
     assert!(number("/noise") > 0.0 && number("/noise") < 10.0);
     assert!(number("/bvh_bytes") > 0.0 && number("/bvh_bytes") < 200.0 * 30.0);
     assert!(number("/geometry_bytes") >= 30.0 * 20.0 && number("/geometry_bytes") < 30.0 * 100.0);
@@ -252,6 +257,68 @@ fn diff_tells_equal_pictures_from_different_ones() {
 }
 
 #[test]
+fn diff_says_which_pixels_and_pictures_cannot_be_compared() {
+    let bench = Bench::with_cloud();
+    // The program itself writes no such pixels.
+    for (name, green) in [("a.exr", 0.5), ("b.exr", f32::NAN)] {
+        let pixel = |x, y| if x >= 7 && y >= 4 { (0.5_f32, green, 0.5_f32) } else { (0.25, 0.5, 0.75) };
+        exr::prelude::write_rgb_file(bench.path(name), 9, 6, pixel).expect("written");
+    }
+    let output = bench.run("diff b.exr a.exr --max-rel 1");
+    assert_eq!(output.status.code(), Some(1));
+    assert_says(&text(&output.stdout), &["4 not finite", "not finite      (7, 4): ", "NaN", "never within --max-rel"]);
+    assert!(!bench.ok("diff a.exr a.exr --max-rel 0").contains("never within"));
+
+    let small = "--resolution 4x3 --spp 1 -q --set spectral.mode";
+    for (out, mode) in
+        [("c.exr", "bands:3"), ("d.exr", "bands:4"), ("e.exr", "mono:550nm"), ("f.exr", "bands:3 --absolute")]
+    {
+        bench.ok(&format!("render cloud.glb -o {out} {small}={mode}"));
+    }
+    let warned = |pair: &str| text(&bench.run(&format!("diff {pair}")).stderr);
+    assert_eq!(warned("c.exr d.exr"), "");
+    assert_says(&warned("e.exr c.exr"), &["mono:550nm, the second in bands:3"]);
+    assert_says(&warned("f.exr c.exr"), &["1 cd/m^2 in the first", "31830.9", "whiteLuminance", "--absolute"]);
+}
+
+#[test]
+fn inspect_lists_the_droplets_that_there_are() {
+    let bench = Bench::new();
+    let scene = std::fs::read_to_string(shipped("scenes/fog.gltf")).expect("read");
+    let marked = "\"mesh\": 0, \"extras\": {\"mie_cloud\": {\"distribution\": \"mono:r=7um\"}}";
+    bench.write("a.gltf", &scene.replace("\"mesh\": 0", marked));
+    let said = bench.ok("inspect a.gltf");
+    let droplets: Vec<&str> = said.lines().filter(|line| line.starts_with("droplets")).collect();
+    assert!(matches!(droplets[..], [one] if one.contains("mono:r=7um")), "{said}");
+}
+
+#[test]
+fn layers_and_effects_may_be_written_alike() {
+    let bench = Bench::with_cloud();
+    for name in ["air-multiple", "air_multiple"] {
+        bench.ok(&format!(
+            "render cloud.glb -o a.exr --spp 1 -q --aov {name} --effects -{name} --set effects.{name}=auto"
+        ));
+        assert!(bench.picture("a.exr").channel("air_multiple.R").is_some());
+    }
+}
+
+#[test]
+fn effects_that_can_do_nothing_are_told_of() {
+    let bench = Bench::with_cloud();
+    let tiny = "--resolution 2x2 --spp 1";
+    let said = |line: &str| text(&bench.run(line).stderr);
+    let glow = said(&format!("render cloud.glb -o a.exr {tiny} --effects +glow,+multiple"));
+    assert_says(&glow, &["warning: effect glow does nothing", "atmosphere.scattering_per_m is 0"]);
+    assert!(!glow.contains("effect multiple does"), "{glow}");
+    let lit = said(&format!("render cloud.glb -o a.exr {tiny} --effects +glow --set atmosphere.scattering_per_m=0.02"));
+    assert!(!lit.contains("does nothing"), "{lit}");
+    assert!(!said(&format!("render cloud.glb -o a.exr {tiny}")).contains("does nothing"));
+    let inspected = said("inspect cloud.glb --set effects.refraction=on");
+    assert_says(&inspected, &["warning: effect refraction does nothing", "no droplet is large enough to be seen"]);
+}
+
+#[test]
 fn absolute_pictures_are_the_relative_ones_times_white() {
     let bench = Bench::with_cloud();
     let flags = "--spp 1 -q --set spectral.mode=bands:4";
@@ -284,6 +351,31 @@ fn spectral_channels_hold_every_wavelength() {
         assert!(channel.values.iter().any(|value| *value > 0.0), "{}", channel.name);
     }
     assert!(picture.attribute("spectralLayoutVersion").is_some(), "{:?}", picture.attributes);
+}
+
+/// What the header says that they are: radiance over the sun's irradiance, whatever that is.
+#[test]
+fn spectral_channels_are_relative_to_the_irradiance_in_every_mode() {
+    let bench = Bench::with_cloud();
+    for mode in ["mono:550nm", "rgb", "bands:3"] {
+        let render = |out: &str, irradiance: &str| {
+            bench.ok(&format!(
+                "render cloud.glb -o {out} --spp 2 -q --spectral --set spectral.mode={mode} --set sun.irradiance={irradiance}"
+            ));
+            bench.picture(out)
+        };
+        let (one, more) = (render("a.exr", "1"), render("b.exr", "1.75"));
+        for channel in one.channels.iter().filter(|channel| channel.name != "A") {
+            let other = more.channel(&channel.name).expect(&channel.name);
+            let is_spectral = channel.name.starts_with("S0.");
+            let factor = if is_spectral || mode == "bands:3" { 1.0 } else { 1.75 };
+            // Values of 24 bits.
+            let agree = |(a, b): (&f32, &f32)| (a * factor - b).abs() <= 1e-6 * b.abs();
+            assert!(channel.values.iter().zip(other).all(agree), "{mode}: {}", channel.name);
+            assert!(channel.values.iter().any(|value| *value > 0.0), "{mode}: {}", channel.name);
+        }
+        assert_eq!(more.attribute("emissiveUnits"), Some(&Attribute::Text("sr^-1".into())));
+    }
 }
 
 #[test]
@@ -333,6 +425,26 @@ fn pictures_record_what_made_them() {
     assert!(recorded("mieCloud:scene").contains("cloud.glb"));
     assert!(recorded("mieCloud:settings").contains("atmosphere"));
     assert!(recorded("mieCloud:sceneHash").len() > 16);
+}
+
+/// Of 12x8 pixels hundreds of samples are taken in the time that these tables take.
+#[test]
+fn time_limits_count_tables_which_are_told_of() {
+    let bench = Bench::with_cloud();
+    let line = "render cloud.glb -o a.exr --no-cache --threads 1 --time-limit 0.1 --stats a.json \
+                --set spectral.mode=bands:6 --set droplets.distribution=gamma:reff=150um,veff=0.1";
+    let output = bench.run(line);
+    let (said, stats) = (text(&output.stderr), bench.json("a.json"));
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert_eq!(stats["spp"], 1);
+    assert_says(&said, &["--time-limit: it is over before the first sample"]);
+    // The first line comes after a second; a very fast machine has nothing to tell.
+    let is_quick = stats["seconds"]["tables"].as_f64().is_some_and(|tables_s| tables_s < 1.5);
+    assert!(is_quick || said.lines().any(|line| line.starts_with("tables: ") && line.ends_with(" of 7")), "{said}");
+    // Nobody expects the most samples that there may be.
+    let said = text(&bench.run("render cloud.glb -o a.exr --time-limit 2.5").stderr);
+    let lines: Vec<&str> = said.lines().filter(|line| line.starts_with("render: ")).collect();
+    assert!(!lines.is_empty() && lines.iter().all(|line| line.contains(" spp") && !line.contains('/')), "{said}");
 }
 
 #[test]

@@ -9,12 +9,16 @@ use program::{Bench, assert_says, text};
 #[test]
 fn wrong_flags_end_with_2_and_name_flag_and_remedy() {
     let bench = Bench::with_cloud();
-    let cases: [(&str, &[&str]); 24] = [
+    let cases: [(&str, &[&str]); 33] = [
         ("--resoluton 8x8", &["--resoluton", "--resolution"]),
         ("--resolution 8", &["--resolution", "640x360"]),
         ("--resolution 0x8", &["--resolution", "1 to 65536"]),
         ("--spp 0", &["--spp"]),
         ("--spp 1 --noise 0.1", &["--spp", "--noise"]),
+        (
+            "--spp 4 --accuracy fine",
+            &["--spp", "--accuracy", "when the picture is done", "--set accuracy.target=LEVEL"],
+        ),
         ("--noise 2", &["--noise", "between 0 and 1"]),
         ("--accuracy fin", &["--accuracy", "fine"]),
         ("--crop 0,0,0,4", &["--crop", "at least 1"]),
@@ -25,6 +29,14 @@ fn wrong_flags_end_with_2_and_name_flag_and_remedy() {
         ("--aov dirct", &["--aov", "did you mean `direct`"]),
         ("--aov everything", &["--aov", "everything", "depth"]),
         ("--set atmosphere.step=1", &["--set", "did you mean `atmosphere.step_m`"]),
+        ("--res 8x8", &["'--res'", "'--resolution'", "'--resume'"]),
+        ("--set sun.direction=1,0,0", &["`sun.direction`", "suns are directional lights of the glTF scene"]),
+        ("--set sun.intensity=1e5", &["`sun.intensity`", "lux", "known are sun.spectrum"]),
+        ("--set camera.position=0,0,1", &["`camera.position`", "nodes of the glTF scene", "--camera"]),
+        ("--set droplets.radius=10um", &["`droplets.radius`", "droplets.distribution=mono:r=10um"]),
+        ("--set fog.extinction=1", &["`fog.extinction`", "extinction_per_m", "extras.mie_cloud"]),
+        ("--set extinction=1", &["`extinction`", "extinction_per_m", "extras.mie_cloud"]),
+        ("--set sun.spektrum=d65", &["did you mean `sun.spectrum`"]),
         ("--set atmosphere.step_m=-1", &["--set", "atmosphere.step_m", "above 0"]),
         ("--set nonsense", &["--set", "KEY=VALUE"]),
         ("--set droplets.distribution=gamma:reff=6", &["--set", "reff", "unit"]),

@@ -300,6 +300,10 @@ fn flags_that_make_no_sense_are_named() {
         (&["--radius", "5"], "needs a unit"),
         (&["--radius", "0um"], "above zero"),
         (&["--radius", "10m"], "--radius"),
+        (&["--radius", "1e-30m"], "--radius 1e-30 m at 550 nm"),
+        (&["--radius", "1um", "--wavelength", "450nm,550nm"], "one wavelength is needed"),
+        (&["--radius", "1um", "--wavelength", "-550nm"], "--wavelength"),
+        (&["--distribution", "lognormal:rg=3um,sigma=1.4"], "rmax=50um"),
         (&["--radius", "1um", "--wavelength", "0nm"], "above zero"),
         (&["--radius", "1um", "--wavelength", "1mm"], "205.1162 to 200000 nm"),
         (&["--radius", "1um", "--material", "watr"], "did you mean `water`"),
@@ -378,6 +382,27 @@ fn plots_are_labelled_and_the_same_each_time() {
         assert!(svg.len() < 400_000, "{} bytes", svg.len());
         assert_eq!(svg, draw());
     }
+}
+
+/// Labels of the axis tell what is shown, and the inset of the forward peak has no place in a close-up.
+#[test]
+fn plots_show_the_angles_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("p.svg");
+    let draw = |flags: &[&str]| {
+        let drop = ["--radius", "50um", "--plot", path.to_str().unwrap()];
+        output(&[&drop[..], flags].concat());
+        fs::read_to_string(&path).unwrap()
+    };
+    let has = |svg: &str, label: &str| svg.contains(&format!("\n{label}\n"));
+    let whole = draw(&[]);
+    assert!(has(&whole, "180") && has(&whole, "150") && whole.contains("forward peak"));
+    assert_eq!(whole, draw(&["--angles", "0:180:45"]));
+    assert_eq!(whole, draw(&["--angles", "90"]));
+    let bow = draw(&["--angles", "130:145:0.5"]);
+    assert!(has(&bow, "130") && has(&bow, "144") && !has(&bow, "150") && !bow.contains("forward peak"), "{bow}");
+    let close = draw(&["--angles", "140.05,140"]);
+    assert!(has(&close, "140.040") && !has(&close, "141"));
 }
 
 #[test]

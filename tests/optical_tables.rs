@@ -7,6 +7,7 @@ use std::path::Path;
 use mie_cloud::mie;
 use mie_cloud::optics::DropletClass;
 use mie_cloud::optics::bins::{BinPlan, DropletSize};
+use mie_cloud::optics::count::{TableCount, TableStore};
 use mie_cloud::optics::distribution::SizeDistribution;
 use mie_cloud::optics::material::Material;
 use mie_cloud::optics::phase_function::PhaseFunction;
@@ -31,7 +32,7 @@ fn settings<'a>(wavelengths_m: &'a [f64], cache: Option<&'a Path>) -> TableSetti
         band_edges_m: &[],
         size_parameter_cap: 2e4,
         accuracy: AverageAccuracy::picture(),
-        cache,
+        store: TableStore { cache, count: None },
     }
 }
 
@@ -347,4 +348,19 @@ fn a_single_radius_is_averaged_over_its_band() {
             assert!((p * optics.c_sca_m2 / scattered - 1.0).abs() < 4e-2, "{radius_um} {theta}: {p}");
         }
     }
+}
+
+#[test]
+fn every_table_is_counted() {
+    let classes = [class("mie")];
+    let plan = plan(&classes, &[5.0, 50.0]);
+    let count = TableCount::default();
+    let bands = bands();
+    let store = TableStore { cache: None, count: Some(&count) };
+    let counted = TableSettings { store, size_parameter_cap: 100.0, ..settings(&bands, None) };
+    OpticalTables::build(&plan, &classes, &counted).expect("tables");
+    let n_bins = plan.bins.len();
+    // Bins at each wavelength, one more for each bin's largest cross section, and what the large ones share at each.
+    let expected = n_bins * bands.len() + n_bins + bands.len();
+    assert_eq!((n_bins, count.made_of()), (2, (expected, expected)));
 }

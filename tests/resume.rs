@@ -104,7 +104,7 @@ fn a_checkpoint_of_another_render_is_refused_with_what_differs() {
     let before = bench.read("a.exr");
     let cases: [(&str, &[&str]); 9] = [
         ("other.glb --spp 4", &["the scene has hash"]),
-        ("cloud.glb --spp 8", &["--spp 4", "not --spp 8"]),
+        ("cloud.glb --spp 8", &["--spp 4", "not --spp 8", "settled when a render begins", "--samples", "`merge`"]),
         ("cloud.glb --noise 0.1", &["--spp 4", "not --noise 0.1"]),
         ("cloud.glb --spp 4 --seed 1", &["--seed is 0, not 1"]),
         ("cloud.glb --spp 4 --resolution 6x4", &["image.resolution is [12,8], not [6,4]"]),
@@ -186,6 +186,9 @@ fn damaged_checkpoints_are_refused() {
         assert_says(&bench.fails(1, "render cloud.glb -o b.exr --spp 2 --resume d"), &["--resume", "d"]);
     }
     assert_says(&bench.fails(1, "render cloud.glb -o b.exr --spp 2 --resume missing"), &["missing", "cannot read"]);
-    assert_says(&bench.fails(1, "render cloud.glb -o b.exr --spp 2 --resume a.exr"), &["a.exr holds no sums"]);
+    assert_says(
+        &bench.fails(1, "render cloud.glb -o b.exr --spp 2 --resume a.exr"),
+        &["a.exr holds no sums", "`--resume` goes on from what `--checkpoint` writes"],
+    );
     assert!(!bench.path("b.exr").exists());
 }

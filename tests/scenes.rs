@@ -503,6 +503,59 @@ fn what_is_not_rendered_is_named_once() -> Outcome {
     Ok(())
 }
 
+/// Only a box is drawn as it was modelled, however many vertices it has.
+#[test]
+fn fog_meshes_that_are_no_boxes_are_told_of() -> Outcome {
+    let fog = json!({ "mie_cloud": { "kind": "fog", "extinction_per_m": 1.0 } });
+    let grid = |keep: &dyn Fn([f32; 3]) -> bool| -> Vec<f32> {
+        let points = (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1].map(|t| 0.3 * t as f32 + 7.1));
+        points.filter(|point| keep(*point)).flatten().collect()
+    };
+    let inner = |point: [f32; 3]| point.iter().all(|t| (t - 7.1).abs() < 0.1);
+    let subdivided = grid(&|point| !inner(point));
+    // A cylinder of eight sides: all vertices lie on its box, none at the corners.
+    let edges = grid(&|point| (point[0] - 7.1).abs() < 0.1 || (point[1] - 7.1).abs() < 0.1);
+    for (vertices, is_box) in [(subdivided, true), (edges, false)] {
+        let mut gltf = three_points();
+        let position = gltf.floats("VEC3", &vertices);
+        gltf.json["meshes"] = json!([{ "primitives": [{ "attributes": { "POSITION": position } }] }]);
+        gltf.json["nodes"] = json!([{ "name": "Fog", "mesh": 0, "extras": fog }]);
+        let scene = gltf.load(&options())?;
+        assert_eq!(warned(&scene, "bounding box; POINTS with _RADIUS"), !is_box, "{:?}", scene.warnings);
+    }
+    let mut gltf = Gltf::new();
+    let meshes = [sphere_mesh(&mut gltf, 1.0, 0.0), cube_mesh(&mut gltf)];
+    gltf.json["meshes"] = json!(meshes);
+    gltf.json["nodes"] = json!([0, 1].map(|mesh| json!({ "name": format!("F{mesh}"), "mesh": mesh, "extras": fog })));
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let scene = gltf.load(&options())?;
+    assert!(warned(&scene, "1 fog mesh that is no box (nodes[0] \"F0\")"), "{:?}", scene.warnings);
+    Ok(())
+}
+
+#[test]
+fn attributes_that_are_not_read_are_named_with_the_ones_that_were_meant() -> Outcome {
+    let mut gltf = three_points();
+    let values = gltf.floats("SCALAR", &[1e9, 1e9, 1e9]);
+    let attributes = &mut gltf.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["_DROPLETS_COUNT"] = json!(values);
+    let scene = gltf.load(&options())?;
+    let named = "1 vertex attribute of the file's own (_DROPLETS_COUNT (did you mean _DROPLET_COUNT?) of meshes[0]";
+    assert!(warned(&scene, named), "{:?}", scene.warnings);
+    // They were meant to be many; what they are instead is too large, and the remedy names the attribute.
+    assert!(warned(&scene, "no such drops exist in air; for a cloud give each a number of droplets (_DROPLET_COUNT"));
+    for i in 0..9 {
+        gltf.json["meshes"][0]["primitives"][0]["attributes"][format!("_OWN{i}")] = json!(values);
+    }
+    let scene = gltf.load(&options())?;
+    assert!(
+        warned(&scene, "10 vertex attributes of the file's own") && warned(&scene, "_OWN1, .. of"),
+        "{:?}",
+        scene.warnings
+    );
+    Ok(())
+}
+
 #[test]
 fn required_extensions_are_refused_by_name_unless_they_only_change_surfaces() -> Outcome {
     let mut gltf = three_points();
@@ -567,6 +620,8 @@ fn unknown_keys_are_errors_with_a_proposal() {
         assert!(text.contains(&format!("did you mean `{meant}`?")), "{text}");
         assert!(text.contains("--set"), "{text}");
     }
+    gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "kind": "fog", "extinction": 1 } });
+    assert!(failure(gltf.load(&options())).contains("did you mean `extinction_per_m`?"));
     gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "materiel": "ice" } });
     let text = failure(gltf.load(&options()));
     assert!(text.contains("did you mean `material`?") && text.contains("nodes[0] \"Points\""), "{text}");

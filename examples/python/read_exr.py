@@ -21,7 +21,8 @@ luminance = rgb() @ [0.2126, 0.7152, 0.0722]
 if header.get("whiteLuminance"):
     print(f"mean luminance {luminance.mean():.4g}, or {luminance.mean() * header['whiteLuminance']:.4g} cd/m^2")
 if "stderr.G" in channels:
-    print(f"noise {np.sqrt((channels['stderr.G'] ** 2).mean()) / channels['G'].mean():.2%}")
+    # As `--noise` and the closing summary count it: over pixels and R, G, B, relative to the mean luminance.
+    print(f"noise {np.sqrt((rgb('stderr') ** 2).mean()) / luminance.mean():.2%}")
 
 # The picture is the sum of its layers (--aov all).
 names = ["direct", "multiple", "airlight", "glow", "air_multiple", "refraction", "background"]

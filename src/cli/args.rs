@@ -169,10 +169,13 @@ pub struct RenderArgs {
     pub samples: Option<[u32; 2]>,
     /// Samples where the noise is, until the standard error is this share of the mean luminance
     ///
+    /// The error is the root mean square over pixels and R, G, B.
     /// 0.05 is visibly noisy, 0.02 is clean, 0.005 a reference.
     #[arg(long, value_name = "E", conflicts_with = "accuracy", allow_negative_numbers = true, value_parser = parse_share, help_heading = "Sampling")]
     pub noise: Option<f64>,
     /// Stops after this time: 90s, 3m, 1h30m, or seconds (the picture then depends on the machine)
+    ///
+    /// Counted from the program's start. Tables and the first sample of every pixel are made however long they take.
     #[arg(long, value_name = "TIME", value_parser = parse_time, help_heading = "Sampling")]
     pub time_limit: Option<f64>,
     /// Target relative error: draft (0.1), standard (0.05), fine (0.02), reference (0.005) or a number
@@ -202,7 +205,8 @@ pub struct RenderArgs {
     pub resume: Option<PathBuf>,
     /// Neither reads nor writes the table cache
     ///
-    /// Tables are kept in $XDG_CACHE_HOME/mie-cloud, or ~/.cache/mie-cloud.
+    /// Tables are kept in $XDG_CACHE_HOME/mie-cloud, or ~/.cache/mie-cloud, a file of some kilobytes to a megabyte for each size bin
+    /// and wavelength. They are never removed: empty that folder at any time, even while the program runs.
     #[arg(hide_short_help = true, long, help_heading = "Running")]
     pub no_cache: bool,
     /// Prints errors only

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 
 use super::failure::Failure;
-use super::identity::{About, difference};
+use super::identity::{About, difference, differs_in_samples_only};
 use super::say::say;
 use crate::image::file::{Existing, FileError, write_atomically};
 use crate::transport::keep::{self, Kept};
@@ -84,9 +84,14 @@ pub fn resume(path: &Path, about: &About, empty: &RenderState, until: Until) -> 
         Failure::other(anyhow!("--resume {shown}: it is not a checkpoint of this program: {error}"))
     })?;
     if let Some(what) = difference(&other.identity, &about.identity) {
-        return Err(Failure::usage(anyhow!(
-            "--resume {shown}: it is of another render: {what}; use the same scene and flags, or begin anew without --resume"
-        )));
+        let remedy = match differs_in_samples_only(&other.identity, &about.identity) {
+            true => {
+                "the goal is settled when a render begins: finish it as it was begun, or begin anew; parts made with \
+                 --samples can be added to later, by `merge`"
+            }
+            false => "use the same scene and flags, or begin anew without --resume",
+        };
+        return Err(Failure::usage(anyhow!("--resume {shown}: it is of another render: {what}; {remedy}")));
     }
     let state = kept.read().map_err(Failure::other)?;
     if !state.fits(empty, until) {

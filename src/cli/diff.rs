@@ -4,9 +4,10 @@ use std::io::Write;
 
 use super::args::DiffArgs;
 use super::failure::{FAILURE, Failure};
+use super::say::say;
 use crate::image::compare::{Comparison, compare, difference_map};
 use crate::image::file::{Existing, check_writable};
-use crate::image::{Picture, exr, png};
+use crate::image::{Attribute, Picture, exr, png};
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
@@ -16,6 +17,9 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     }
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let comparison = compare(&a, &b).map_err(Failure::other)?;
+    for line in unlike(&a, &b) {
+        say!("warning: {line}");
+    }
     print(&comparison).map_err(Failure::other)?;
     if let Some(path) = &args.picture {
         let map = difference_map(&a, &b).map_err(Failure::other)?;
@@ -32,9 +36,34 @@ fn within(comparison: &Comparison, limit: f64) -> bool {
     comparison.n_non_finite == 0 && relative <= limit
 }
 
+/// In what the numbers of the pictures differ by their headers, so that they cannot be compared.
+fn unlike(a: &Picture, b: &Picture) -> Vec<String> {
+    let mode = |picture: &Picture| match picture.attribute("mieCloud:spectralMode") {
+        Some(Attribute::Text(mode)) => Some(mode.clone()),
+        _ => None,
+    };
+    let white = |picture: &Picture| picture.white_luminance_cd_m2;
+    // However many bands there are, they add up to the same colours.
+    let is_same = |a: &str, b: &str| a == b || [a, b].iter().all(|mode| mode.starts_with("bands"));
+    let modes = mode(a)
+        .zip(mode(b))
+        .filter(|(a, b)| !is_same(a, b))
+        .map(|(a, b)| format!("the first picture is in the spectral mode {a}, the second in {b}"));
+    // Lights of other lux are other scenes in the same unit, unless one of the pictures is in cd/m^2.
+    let whites = white(a).zip(white(b)).filter(|(a, b)| a != b && (*a == 1.0 || *b == 1.0)).map(|(a, b)| {
+        let remedy = "render both with --absolute or both without";
+        format!("1.0 is {a} cd/m^2 in the first picture, {b} in the second (whiteLuminance); {remedy}")
+    });
+    modes.into_iter().chain(whites).collect()
+}
+
 fn print(c: &Comparison) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "pixels          {} ({} differ, {} not finite)", c.n_pixels, c.n_different, c.n_non_finite)?;
+    if let Some(pixel) = &c.first_non_finite {
+        let left_out = "left out of what follows, and never within --max-rel";
+        writeln!(out, "not finite      ({}, {}): {:?} against {:?}; {left_out}", pixel.x, pixel.y, pixel.a, pixel.b)?;
+    }
     writeln!(out, "RMSE            {:.6e}", c.rmse)?;
     if let Some(relative) = c.relative_rmse {
         writeln!(out, "relative RMSE   {relative:.6e}  (of the second picture's mean luminance)")?;

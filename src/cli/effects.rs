@@ -32,7 +32,8 @@ fn parse(list: &str) -> anyhow::Result<BTreeMap<Effect, Switch>> {
 }
 
 fn effect(name: &str) -> anyhow::Result<Effect> {
-    let found = Effect::ALL.iter().find(|(_, known)| *known == name).map(|(effect, _)| *effect);
+    // Layers and keys have underscores.
+    let found = Effect::ALL.iter().find(|(_, known)| *known == name.replace('_', "-")).map(|(effect, _)| *effect);
     found.ok_or_else(|| anyhow!("--effects: {}", no_such("effect", name, names())))
 }
 

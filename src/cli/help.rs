@@ -38,7 +38,9 @@ Examples:
   mie-cloud mie --distribution lognormal:rg=0.1um,sigma=0.7,rmax=10um --index 1.45,0.01
 
 Phase functions integrate to 1 over the sphere (sr^-1); the medium is air, taken as vacuum.
-A CSV whose angles go from 0 to 180 serves as a scene's phase model, table:FILE.csv; give it
+A CSV has comment lines, then a header: pandas.read_csv(FILE, comment='#'), or with NumPy
+np.genfromtxt((l for l in open(FILE) if l[0] != '#'), delimiter=',', names=True).
+One whose angles go from 0 to 180 serves as a scene's phase model, table:FILE.csv; give it
 angles close enough for the forward peak: --angles 0:180:0.1 for fog, closer for larger drops.";
 
 /// After `inspect`.

@@ -111,16 +111,22 @@ pub fn difference(other: &Map<String, Value>, this: &Map<String, Value>) -> Opti
     }
 }
 
+/// Whether nothing differs but the number of samples.
+pub fn differs_in_samples_only(other: &Map<String, Value>, this: &Map<String, Value>) -> bool {
+    other.get(SAMPLES) != this.get(SAMPLES) && difference(&without_samples(other), &without_samples(this)).is_none()
+}
+
+fn without_samples(identity: &Map<String, Value>) -> Map<String, Value> {
+    let mut identity = identity.clone();
+    identity.remove(SAMPLES);
+    identity
+}
+
 /// The same, for parts of one picture, whose samples must differ.
 pub fn difference_of_parts(other: &About, this: &About) -> Option<String> {
-    let without_samples = |about: &About| {
-        let mut identity = about.identity.clone();
-        identity.remove(SAMPLES);
-        identity
-    };
     let of_output =
         || (!other.recipe.makes_the_same_as(&this.recipe)).then(|| "it was made with other output flags".to_owned());
-    difference(&without_samples(other), &without_samples(this)).or_else(of_output)
+    difference(&without_samples(&other.identity), &without_samples(&this.identity)).or_else(of_output)
 }
 
 fn shown(value: &Value) -> String {

@@ -19,9 +19,10 @@ use crate::transport::{RenderRequest, Spectral, Until};
 /// Runs the command.
 pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let effects = super::effects::chosen(args.scene.effects.as_deref())?;
-    let scene = load_scene(&args.scene, None)?;
+    let mut scene = load_scene(&args.scene, None)?;
     let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
+    scene.warnings.extend(plan.warnings());
     let (facts, depths) = (SceneFacts::of(&scene), SeenDepths::of(&scene));
     let need = need(&scene, &plan, &sampling);
     if args.json {

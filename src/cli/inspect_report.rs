@@ -1,5 +1,7 @@
 //! What `mie-cloud inspect` prints for people: a line or two about each thing, none wider than a terminal.
 
+use std::collections::BTreeSet;
+
 use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SeenDepths};
 use crate::scene::model::{Lens, Particle, ParticleKind, Scene};
 use crate::scene::settings::Switch;
@@ -28,7 +30,7 @@ impl Seen<'_> {
         let scene = self.scene;
         let mut lines = vec![("particles", particles(scene))];
         lines.extend(drawn_radii_m(scene).map(|radii_m| ("radii", radii(radii_m))));
-        lines.extend((0..scene.classes.len()).map(|class| ("droplets", droplets(scene, class))));
+        lines.extend(classes(scene).into_iter().map(|class| ("droplets", droplets(scene, class))));
         lines.push(("depth", self.depth()));
         for sun in &scene.suns {
             lines.push((
@@ -102,6 +104,13 @@ fn particles(scene: &Scene) -> String {
     let some: Vec<String> =
         kinds.iter().filter(|kind| kind.0 > 0).map(|(n, one, many)| amount(*n, one, many)).collect();
     if some.is_empty() { "none".into() } else { some.join(", ") }
+}
+
+/// The classes that some droplets are of; all where there are no droplets.
+fn classes(scene: &Scene) -> Vec<usize> {
+    let of_particles = scene.particles.iter().map(|particle| usize::from(particle.class));
+    let used: BTreeSet<usize> = of_particles.chain(scene.fog_boxes.iter().map(|fog| usize::from(fog.class))).collect();
+    if used.is_empty() { (0..scene.classes.len()).collect() } else { used.into_iter().collect() }
 }
 
 /// Material, sizes and phase model of a class of droplets.

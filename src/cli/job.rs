@@ -51,6 +51,7 @@ pub fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     let (target, sampling) = target_and_sampling(&scene);
     check_absolute(args, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
+    scene.warnings.extend(plan.warnings());
     let request = RenderRequest {
         seed: args.seed,
         until: until(args, accuracy),

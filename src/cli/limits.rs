@@ -26,6 +26,11 @@ impl Stopwatch {
         Self { last: now, start: now }
     }
 
+    /// When it was started.
+    pub fn began(&self) -> Instant {
+        self.start
+    }
+
     /// Seconds since the last lap.
     pub fn lap(&mut self) -> f64 {
         let now = Instant::now();

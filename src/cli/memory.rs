@@ -56,9 +56,11 @@ impl MemoryLimit {
             (Some(_), _) => ("--memory-limit allows", "raise it if there is more"),
             (None, _) => ("the machine has", "try all the same with --memory-limit"),
         };
-        let remedy = need.items.first().map_or("", |item| item.remedy);
+        // The program itself becomes no smaller.
+        let remedy = need.items.first().map(|item| item.remedy).filter(|remedy| !remedy.is_empty());
+        let remedy = remedy.map_or(String::new(), |remedy| format!("{remedy}, or "));
         Err(Failure::other(anyhow!(
-            "not enough memory: about {} are needed ({}), and {whose} {}; {remedy}, or {raise}",
+            "not enough memory: about {} are needed ({}), and {whose} {}; {remedy}{raise}",
             format_bytes(need.total()),
             parts.join(", "),
             format_bytes(limit)
@@ -142,6 +144,8 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         assert!(said(limit(None, Some(7), false)).contains("the machine has 7 B"));
+        let program = limit(Some(5_000_000), None, false).check(&Need::of_program()).unwrap_err().to_string();
+        assert!(program.ends_with("allows 5.00 MB; raise it if there is more"), "{program}");
         assert!(said(limit(Some(9), Some(7), true)).contains("ulimit"));
         assert!(limit(None, Some(5_000_000_000), false).check(&need).is_ok());
     }

@@ -5,6 +5,7 @@ mod bench_accuracy;
 mod bench_args;
 mod bench_effects;
 mod bench_particles;
+mod busy;
 mod checkpoint;
 mod claims;
 mod diff;
@@ -53,7 +54,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            let error = usage::with_commands(error, &arguments);
+            let error = usage::with_conflicts(usage::with_flags(usage::with_commands(error, &arguments), &arguments));
             // Help and version are not errors; a closed pipe while they print is not one either.
             let _ = error.print();
             return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });

@@ -49,7 +49,8 @@ fn parse_aov(list: &str) -> anyhow::Result<Vec<Wanted>> {
         if name == "all" {
             return Ok(all.iter().map(|(wanted, _)| *wanted).collect());
         }
-        let found = all.iter().find(|(_, known)| *known == name).map(|(wanted, _)| vec![*wanted]);
+        // Effects have dashes.
+        let found = all.iter().find(|(_, known)| *known == name.replace('-', "_")).map(|(wanted, _)| vec![*wanted]);
         let names = all.iter().map(|(_, known)| *known).chain(["all"]);
         found.ok_or_else(|| anyhow!("--aov: {}", no_such("layer", name, names)))
     };
@@ -71,6 +72,14 @@ pub struct Recipe {
     wanted: Vec<String>,
     /// Wavelengths at which radiance is written, nm.
     wavelengths_nm: Vec<f64>,
+    /// Irradiance of the brightest sun in the sums' unit: radiance by wavelength is written over it.
+    #[serde(default = "unit")]
+    irradiance: f64,
+}
+
+/// Of records that were written before it was one of theirs.
+fn unit() -> f64 {
+    1.0
 }
 
 impl Recipe {
@@ -112,6 +121,7 @@ impl Recipe {
             scale: white.filter(|_| wishes.absolute).unwrap_or(1.0),
             wanted: wishes.wanted.iter().filter_map(name).collect(),
             wavelengths_nm: kept.iter().map(|m| m * 1e9).collect(),
+            irradiance: sampling.reference_irradiance(scene.settings.sun.irradiance),
         }
     }
 }
@@ -150,7 +160,7 @@ pub fn picture(film: &Film, recipe: &Recipe) -> Picture {
     }
     if film.n_spectral() > 0 {
         let kept = recipe.wavelengths_nm.iter().take(film.n_spectral()).enumerate();
-        let planes = kept.map(|(w, nm)| (*nm, film.spectral_plane(w)));
+        let planes = kept.map(|(w, nm)| (*nm, film.spectral_plane(w, recipe.irradiance.recip())));
         spectral::add_spectrum(&mut picture, planes, "sr^-1");
     }
     for (name, value) in &recipe.attributes {

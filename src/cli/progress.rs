@@ -26,47 +26,16 @@ pub enum Verbosity {
 }
 
 /// Plain lines come at most this often,
-const LINE_EVERY: Duration = Duration::from_secs(5);
+pub const LINE_EVERY: Duration = Duration::from_secs(5);
 
 /// the first one so soon.
-const FIRST_LINE_AFTER: Duration = Duration::from_secs(1);
+pub const FIRST_LINE_AFTER: Duration = Duration::from_secs(1);
 
 /// Samples of each pixel after which noise is known first.
 const FIRST_SPP: u64 = 2;
 
 /// Steps of the bar.
 const BAR_LENGTH: u64 = 1000;
-
-/// Says on a terminal what is being done before there is a picture to show progress of; gone when it is dropped.
-pub struct Busy(Option<ProgressBar>);
-
-impl Busy {
-    /// Begins with `what`.
-    pub fn with(what: &'static str, verbosity: Verbosity) -> Self {
-        let shown = verbosity > Verbosity::Quiet && std::io::stderr().is_terminal();
-        let spinner = shown.then(ProgressBar::new_spinner);
-        if let Some(spinner) = &spinner {
-            spinner.set_message(what);
-            spinner.enable_steady_tick(Duration::from_millis(100));
-        }
-        Self(spinner)
-    }
-
-    /// Goes on with `what`.
-    pub fn with_next(&self, what: &'static str) {
-        if let Some(spinner) = &self.0 {
-            spinner.set_message(what);
-        }
-    }
-}
-
-impl Drop for Busy {
-    fn drop(&mut self) {
-        if let Some(spinner) = &self.0 {
-            spinner.finish_and_clear();
-        }
-    }
-}
 
 /// What is kept of a picture while it is in work.
 #[derive(Default)]
@@ -83,6 +52,21 @@ struct Known {
     noise: f64,
 }
 
+/// When a render has taken as long as it may.
+#[derive(Clone, Copy)]
+pub struct TimeLimit {
+    /// When the program began: tables count too.
+    pub from: Instant,
+    pub length: Duration,
+}
+
+impl TimeLimit {
+    /// Whether no time is left.
+    pub fn is_over(&self) -> bool {
+        self.from.elapsed() >= self.length
+    }
+}
+
 /// Shows progress, and ends the render when its time is up or the user has had enough.
 pub struct Shown {
     bar: Option<ProgressBar>,
@@ -97,7 +81,9 @@ pub struct Shown {
     known: Mutex<Known>,
     /// Whether the user has been told how long it takes.
     foretold: AtomicBool,
-    time_limit: Option<Duration>,
+    time_limit: Option<TimeLimit>,
+    /// Whether there is more than there was before: a time limit leaves no run without work done.
+    worked: AtomicBool,
     interrupts: Interrupts,
     /// Whether the user has been told that an interrupt was heard.
     told: AtomicBool,
@@ -105,12 +91,12 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Progress on stderr of a render that begins with so many samples, the seconds after which to stop, the interrupts that stop
+    /// Progress on stderr of a render that begins with so many samples, the time after which to stop, the interrupts that stop
     /// it sooner, and what is kept meanwhile.
     pub fn new(
         verbosity: Verbosity,
         (request, begun): (&RenderRequest, u64),
-        time_limit_s: Option<f64>,
+        time_limit: Option<TimeLimit>,
         interrupts: Interrupts,
         kept: Kept,
     ) -> Self {
@@ -135,8 +121,9 @@ impl Shown {
             begun,
             known: Mutex::new(Known { taken: 0, noise: f64::INFINITY }),
             // Whoever sets a limit knows how long it takes.
-            foretold: AtomicBool::new(quiet || time_limit_s.is_some()),
-            time_limit: time_limit_s.map(Duration::from_secs_f64),
+            foretold: AtomicBool::new(quiet || time_limit.is_some()),
+            time_limit,
+            worked: AtomicBool::new(false),
             interrupts,
             told: AtomicBool::new(quiet),
             kept,
@@ -178,9 +165,10 @@ impl Shown {
     /// Share of the picture that is done: of its samples, or of its time; and how long the rest takes.
     fn share_and_left(&self, so_far: &SoFar) -> (f64, String) {
         let of_samples = (so_far.taken as f64 / so_far.expected.max(1) as f64).min(1.0);
-        let of_time = self.time_limit.map_or(0.0, |limit| so_far.elapsed_s / limit.as_secs_f64()).min(1.0);
+        let spent = |limit: TimeLimit| limit.from.elapsed().as_secs_f64() / limit.length.as_secs_f64();
+        let of_time = self.time_limit.map_or(0.0, spent).min(1.0);
         let left_s = match self.time_limit {
-            Some(limit) if of_time > of_samples => limit.as_secs_f64() - so_far.elapsed_s,
+            Some(limit) if of_time > of_samples => (1.0 - of_time) * limit.length.as_secs_f64(),
             _ => so_far.left_s(),
         };
         (
@@ -199,7 +187,11 @@ impl Shown {
         let each = |samples: u64| samples as f64 / self.pixels.max(1) as f64;
         let noise =
             if so_far.noise.is_finite() { format!("noise {}, ", short::percent(so_far.noise)) } else { String::new() };
-        (share, format!("{:.0}/{:.0} spp, {noise}{left}", each(so_far.taken).floor(), each(so_far.expected)))
+        let taken = each(so_far.taken).floor();
+        // With a limit of time alone nobody expects the most samples that there may be.
+        let is_open = self.time_limit.is_some() && matches!(self.until, Until::Noise { target: 0.0, .. });
+        let expected = if is_open { String::new() } else { format!("/{:.0}", each(so_far.expected)) };
+        (share, format!("{taken:.0}{expected} spp, {noise}{left}"))
     }
 
     fn show(&self, so_far: &SoFar) {
@@ -248,6 +240,9 @@ impl Shown {
 impl Progress for Shown {
     fn samples(&self, taken: u64, expected: u64) {
         self.tell_of_interrupt();
+        if taken > self.begun {
+            self.worked.store(true, Ordering::Relaxed);
+        }
         if self.bar.is_some() || self.next_line.is_some() {
             let so_far = self.so_far(taken, expected);
             self.show(&so_far);
@@ -266,7 +261,8 @@ impl Progress for Shown {
     }
 
     fn should_stop(&self) -> bool {
-        self.interrupts.heard() || self.time_limit.is_some_and(|limit| self.started.elapsed() >= limit)
+        let is_late = || self.time_limit.is_some_and(|limit| limit.is_over());
+        self.interrupts.heard() || self.worked.load(Ordering::Relaxed) && is_late()
     }
 
     fn should_pause(&self) -> bool {

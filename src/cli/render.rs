@@ -1,10 +1,12 @@
 //! `mie-cloud render`: a scene in, a picture out.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::Context;
 
 use super::args::RenderArgs;
+use super::busy::Busy;
 use super::checkpoint::{self, Checkpoints};
 use super::claims::check_outputs;
 use super::failure::{Failure, INTERRUPTED};
@@ -14,12 +16,13 @@ use super::limits::{Stopwatch, cache_folder, peak_rss_bytes};
 use super::memory::MemoryLimit;
 use super::output::{self, Wishes};
 use super::previews::Previews;
-use super::progress::{Busy, Kept, Shown, Verbosity};
+use super::progress::{Kept, Shown, TimeLimit, Verbosity};
 use super::say::say;
 use super::scene::print_warnings;
 use super::stats::{Seconds, Stats};
 use crate::image::Attribute;
 use crate::image::file::Existing;
+use crate::optics::count::{TableCount, TableStore};
 use crate::plan::EffectPlan;
 use crate::scene::model::Scene;
 use crate::transport::need::{Held, Need};
@@ -70,8 +73,11 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     // Before this there is nothing to save: an interrupt ends the program, and the previous picture stays as it is.
     let interrupts = Interrupts::listen().context("cannot listen to interrupts").map_err(Failure::other)?;
     let kept_meanwhile = Kept { checkpoints, previews };
-    let progress =
-        Shown::new(job.verbosity, (&job.request, state.samples()), args.time_limit, interrupts, kept_meanwhile);
+    let limit = args.time_limit.map(|s| TimeLimit { from: watch.began(), length: Duration::from_secs_f64(s) });
+    if limit.is_some_and(|limit| limit.is_over()) && job.verbosity > Verbosity::Quiet {
+        say!("--time-limit: it is over before the first sample; the picture gets as few as can be");
+    }
+    let progress = Shown::new(job.verbosity, (&job.request, state.samples()), limit, interrupts, kept_meanwhile);
     let stopped = go_on(&ctx, &job.request, &mut state, &progress);
     progress.finish();
     seconds.render = watch.lap();
@@ -131,7 +137,9 @@ fn prepare(
 ) -> Result<Prepared, Failure> {
     let cache = if args.no_cache { None } else { cache_folder() };
     let busy = Busy::with("sorting droplets by size", job.verbosity);
-    let mut prepared = Prepared::new(scene, &job.plan, &job.sampling, cache.as_deref(), &mut |stage| match stage {
+    let count = TableCount::default();
+    let store = TableStore { cache: cache.as_deref(), count: Some(&count) };
+    let mut enter = |stage| match stage {
         Stage::Tables => {
             seconds.load += watch.lap();
             busy.with_next("making tables of how droplets scatter");
@@ -141,8 +149,10 @@ fn prepare(
             busy.with_next("building the tree of droplets");
         }
         Stage::Ready => seconds.bvh = watch.lap(),
-    })
-    .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
+    };
+    let prepared = busy.counting(&count, || Prepared::with_store(scene, &job.plan, &job.sampling, store, &mut enter));
+    let mut prepared = prepared
+        .map_err(|error| Failure::scene(anyhow::Error::new(error).context(args.scene.scene.display().to_string())))?;
     drop(busy);
     prepared.max_order = args.order.unwrap_or(u32::MAX);
     print_warnings(&prepared.warnings, job.verbosity);

@@ -105,7 +105,9 @@ impl Stats<'_> {
     }
 
     fn asked_per_sample(&self) -> Value {
-        self.prepared.rates.per_sample().map(|(name, times)| (name.to_owned(), json!(times))).into_iter().collect()
+        let on = self.prepared.is_asked();
+        let times = self.prepared.rates.per_sample().into_iter().zip(on);
+        times.map(|((name, times), on)| (name.to_owned(), json!(if on { times } else { 0.0 }))).collect()
     }
 
     /// One loop simulates all effects together, so their seconds are not known apart: null.

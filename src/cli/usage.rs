@@ -1,4 +1,4 @@
-//! Errors of usage as clap words them, with what it leaves out: which commands there are, and which was meant.
+//! Errors of usage as clap words them, with what it leaves out: which commands and flags there are, and which was meant.
 
 use std::ffi::OsString;
 
@@ -29,6 +29,42 @@ pub fn with_commands(mut error: Error, arguments: &[OsString]) -> Error {
     };
     let tips = [rendered(&word), Some(all)].into_iter().flatten().map(StyledStr::from).collect();
     error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
+    error
+}
+
+/// The same error; where it is a flag that was cut short, with all flags that begin so.
+pub fn with_flags(mut error: Error, arguments: &[OsString]) -> Error {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidArg).cloned() else { return error };
+    let Some(begun) = word.strip_prefix("--").filter(|begun| begun.len() > 1) else { return error };
+    if error.kind() != ErrorKind::UnknownArgument {
+        return error;
+    }
+    let program = Cli::command();
+    let longs = innermost(&program, arguments).get_arguments().filter_map(|argument| argument.get_long());
+    let meant: Vec<String> = longs.filter(|long| long.starts_with(begun)).map(|long| format!("--{long}")).collect();
+    if !meant.is_empty() {
+        error.insert(ContextKind::SuggestedArg, ContextValue::Strings(meant));
+    }
+    error
+}
+
+/// The same error; where two flags both say when a picture is done, with what may have been meant.
+pub fn with_conflicts(mut error: Error) -> Error {
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg).cloned() else { return error };
+    let other = match error.get(ContextKind::PriorArg) {
+        Some(ContextValue::String(other)) => other.clone(),
+        Some(ContextValue::Strings(others)) => others.join(" "),
+        _ => return error,
+    };
+    let is_goal =
+        |flags: &str| ["--spp", "--noise", "--samples", "--accuracy"].iter().any(|goal| flags.starts_with(goal));
+    if error.kind() == ErrorKind::ArgumentConflict && is_goal(&flag) && is_goal(&other) {
+        let accuracy = [&flag, &other].iter().any(|flags| flags.starts_with("--accuracy"));
+        let rest =
+            if accuracy { "; for tables, bands and effects alone there is --set accuracy.target=LEVEL" } else { "" };
+        let tip = format!("each of them says when the picture is done, so that one must be chosen{rest}");
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
+    }
     error
 }
 

@@ -43,6 +43,14 @@ pub fn length(text: &str) -> Result<f64, String> {
     if value > 0.0 { Ok(value) } else { Err("a length above zero is needed".into()) }
 }
 
+/// A length, where somebody may want several.
+pub fn one_wavelength(text: &str) -> Result<f64, String> {
+    if text.contains(',') {
+        return Err("one wavelength is needed; run the command once for each".into());
+    }
+    length(text)
+}
+
 /// A length of time above zero, s.
 pub fn parse_time(text: &str) -> Result<f64, String> {
     let seconds = parse_time_s(text).map_err(|e| e.to_string())?;

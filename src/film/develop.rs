@@ -60,10 +60,10 @@ pub fn develop(film: &Film, wanted: &[Wanted], scale: f64) -> Vec<Channel> {
 }
 
 impl Film {
-    /// Mean radiance at one of the wavelengths that the film keeps.
-    pub fn spectral_plane(&self, wavelength: usize) -> Vec<f32> {
+    /// Mean radiance at one of the wavelengths that the film keeps, times `scale`.
+    pub fn spectral_plane(&self, wavelength: usize, scale: f64) -> Vec<f32> {
         let place = slot::LAYERS + 3 * self.layers.len() + wavelength;
-        channel(self, String::new(), |pixel, n| pixel[place] / n).values
+        channel(self, String::new(), |pixel, n| scale * pixel[place] / n).values
     }
 }
 

@@ -25,7 +25,7 @@ pub enum SealedError {
     Io { path: PathBuf, source: io::Error },
     /// There is no record in the file.
     #[error(
-        "{0} holds no sums of samples: it was not written by `--checkpoint` or `--samples`, or cut off, or saved again by another program; render it again, with `--samples A..B` for `merge`"
+        "{0} holds no sums of samples: it was not written by `--checkpoint` or `--samples`, or cut off, or saved again by another program; `--resume` goes on from what `--checkpoint` writes, `merge` takes what `--samples A..B` writes"
     )]
     None(PathBuf),
     /// The record is damaged.

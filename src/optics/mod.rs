@@ -3,6 +3,7 @@
 mod bin_optics;
 pub mod bins;
 pub mod cache;
+pub mod count;
 pub mod csv;
 pub mod distribution;
 mod distribution_error;

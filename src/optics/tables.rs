@@ -1,7 +1,6 @@
 //! What every size bin does to light at every wavelength of a picture.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -12,6 +11,7 @@ use super::DropletClass;
 use super::bin_optics::{BinJob, BinOptics, capped_table};
 use super::bins::{BinPlan, SizeBin};
 use super::cache::TableCache;
+use super::count::TableStore;
 use super::distribution::Shape;
 use super::hg_draine::{MAX_DIAMETER_UM, MIN_DIAMETER_UM};
 use super::material::{Material, MaterialError};
@@ -60,8 +60,8 @@ pub struct TableSettings<'a> {
     pub size_parameter_cap: f64,
     /// How well averages and phase tables are made.
     pub accuracy: AverageAccuracy,
-    /// A folder in which tables are kept between runs.
-    pub cache: Option<&'a Path>,
+    /// Where tables are kept between runs, and who counts them.
+    pub store: TableStore<'a>,
 }
 
 impl TableSettings<'_> {
@@ -104,14 +104,24 @@ impl OpticalTables {
         let shared = SharedPhases::new(plan, classes, settings)?;
         let jobs: Vec<BinJob> =
             plan.bins.iter().map(|bin| job(bin, plan, classes, settings, &shared)).collect::<Result<_, _>>()?;
-        let cache = settings.cache.map(TableCache::new);
+        let cache = settings.store.cache.map(TableCache::new);
         let pairs: Vec<(usize, usize)> =
             (0..jobs.len()).flat_map(|bin| (0..settings.wavelengths_m.len()).map(move |w| (bin, w))).collect();
         let compute = |(bin, w): &(usize, usize)| {
-            jobs[*bin].optics(settings.wavelengths_m[*w], settings.band_m(*w), shared.capped(*bin, *w), cache.as_ref())
+            let capped = shared.capped(*bin, *w);
+            let optics = jobs[*bin].optics(settings.wavelengths_m[*w], settings.band_m(*w), capped, cache.as_ref());
+            settings.store.made_one();
+            optics
         };
+        // One more for each bin: how large its droplets' discs are takes as long as a table.
+        settings.store.want(pairs.len() + jobs.len());
         let mut optics = in_turns(&pairs, |(bin, _)| jobs[*bin].is_large(), compute)?.into_iter();
-        let visible = in_turns(&jobs, BinJob::is_large, BinJob::visible_q_max)?;
+        let visible_q_max = |job: &BinJob| {
+            let q_max = job.visible_q_max();
+            settings.store.made_one();
+            q_max
+        };
+        let visible = in_turns(&jobs, BinJob::is_large, visible_q_max)?;
         let mut bins = Vec::with_capacity(jobs.len());
         for (job, visible_q_max) in jobs.iter().zip(visible) {
             let optics: Vec<BinOptics> = optics.by_ref().take(settings.wavelengths_m.len()).collect();
@@ -238,10 +248,13 @@ impl SharedPhases {
             }
             shared.takes.push(takes);
         }
-        let cache = settings.cache.map(TableCache::new);
+        let cache = settings.store.cache.map(TableCache::new);
         let make = |(m, wavelength_m): &(Complex64, f64)| {
-            capped_table(*m, *wavelength_m, settings.size_parameter_cap, settings.accuracy, cache.as_ref())
+            let table = capped_table(*m, *wavelength_m, settings.size_parameter_cap, settings.accuracy, cache.as_ref());
+            settings.store.made_one();
+            table
         };
+        settings.store.want(keys.len());
         let tables = keys.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
         shared.at_cap = keys.into_iter().zip(tables).collect();
         let coarse = classes.iter().filter_map(coarse_warning);

@@ -9,7 +9,7 @@ use crate::units::short::{length, number, percent};
 pub(super) fn glow(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let air = &scene.settings.atmosphere;
     if air.scattering_per_m <= 0.0 {
-        return (Some(0.0), "there is no air that scatters".into());
+        return (Some(0.0), "no air scatters: atmosphere.scattering_per_m is 0".into());
     }
     if facts.is_empty() {
         return (Some(0.0), "there are no droplets to light the air".into());
@@ -42,7 +42,7 @@ pub(super) fn airlight(scene: &Scene, facts: &SceneFacts) -> Estimate {
 pub(super) fn air_multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let air = &scene.settings.atmosphere;
     if air.scattering_per_m <= 0.0 {
-        return (Some(0.0), "there is no air that scatters".into());
+        return (Some(0.0), "no air scatters: atmosphere.scattering_per_m is 0".into());
     }
     let depth = air.scattering_per_m * air.depth_m;
     let (by_air, again, parts) = (-(-depth).exp_m1(), depth.exp_m1(), &facts.parts);

@@ -20,6 +20,7 @@ use std::collections::BTreeMap;
 use crate::scene::keys::ACCURACY_NAMES;
 use crate::scene::model::Scene;
 use crate::scene::settings::{Effect, Switch};
+use crate::warning::Warning;
 
 pub use facts::SceneFacts;
 pub use light::Parts;
@@ -94,6 +95,7 @@ pub fn plan(scene: &Scene, choices: &BTreeMap<Effect, Switch>, target: f64, n_wa
         let (estimate, reason) = estimate(*effect, scene, &facts, n_wavelengths);
         let threshold = SHARE_OF_TARGET * target;
         let (on, reason) = match switch {
+            Switch::On if estimate == Some(0.0) => (true, format!("switched on, but {reason}")),
             Switch::On => (true, "switched on".into()),
             Switch::Off => (false, "switched off".into()),
             Switch::Auto => (estimate.is_none_or(|e| e > threshold), reason),
@@ -158,6 +160,15 @@ impl Decision {
 }
 
 impl EffectPlan {
+    /// Effects that somebody switched on and that can do nothing, each with the reason.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let in_vain = |decision: &&Decision| decision.switch == Switch::On && decision.estimate == Some(0.0);
+        let warning = |decision: &Decision| {
+            Warning::new(format!("effect {} does nothing: {}", decision.effect.name(), decision.reason), "")
+        };
+        self.decisions.iter().filter(in_vain).map(warning).collect()
+    }
+
     /// Whether an effect is simulated.
     pub fn is_on(&self, effect: Effect) -> bool {
         self.decisions.iter().any(|decision| decision.effect == effect && decision.on)

@@ -9,6 +9,7 @@ pub mod given;
 pub mod glob;
 pub mod gltf;
 pub mod hash;
+mod hints;
 pub mod keys;
 pub mod load;
 pub mod marks;

@@ -10,6 +10,7 @@ use serde_json::value::RawValue;
 use super::error::{SceneError, SceneFault, SceneResult};
 use super::folder::Folder;
 use super::given::{Given, Misfit};
+use super::hints::place_of;
 use super::keys::{Key, SETTINGS};
 use super::marks::{LIGHT, MARKS};
 use crate::excerpt::excerpt;
@@ -212,13 +213,21 @@ fn unknown<T>(name: &str, keys: &[&[Key<T>]]) -> SceneFault {
     // Words far longer than any key are no slips; the bound also keeps comparisons cheap.
     let word: String = name.chars().take(60).collect();
     let nearest = nearest(&word, &names);
-    let hint = match nearest {
-        Some(key) => format!("did you mean `{key}`? "),
-        None => elsewhere(name, &names).map_or_else(String::new, |place| format!("it belongs to {place}; ")),
+    // What is looked for at the wrong place is no slip of the pen; marks have keys of their own for most of it.
+    let place = if is_of_scene(&names) { place_of(&word) } else { None };
+    let hint = match (place, nearest) {
+        (Some(place), _) => format!("{place}; "),
+        (None, Some(key)) => format!("did you mean `{key}`? "),
+        (None, None) => elsewhere(name, &names).map_or_else(String::new, |place| format!("it belongs to {place}; ")),
     };
+    let nearest = nearest.filter(|_| place.is_none());
     let known = known(nearest.unwrap_or(&word), &names);
     let suggestion = format!("{hint}{known}; docs/scene-format.md lists them with units, defaults and ranges");
     SceneFault::UnknownKey { key: excerpt(name), suggestion }
+}
+
+fn is_of_scene(names: &[&str]) -> bool {
+    SETTINGS.iter().all(|key| names.contains(&key.name))
 }
 
 /// Where a key belongs that is not one of these.
@@ -259,9 +268,10 @@ fn known(name: &str, names: &[&str]) -> String {
     format!("the keys are {}", groups.join(", "))
 }
 
-/// The known key that is nearest to a mistyped one; also if only its last part was written.
+/// The known key that is nearest to a mistyped one; also if only its last part was written, or its unit was left away.
 fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    closest(name, known.iter().copied()).or_else(|| {
+    let begun = |key: &&&str| last_part(key).strip_prefix(last_part(name)).is_some_and(|rest| rest.starts_with('_'));
+    closest(name, known.iter().copied()).or_else(|| known.iter().find(begun).copied()).or_else(|| {
         let near = closest(last_part(name), known.iter().copied().map(last_part))?;
         known.iter().copied().find(|key| last_part(key) == near)
     })

@@ -128,6 +128,11 @@ impl SpectralSampling {
         lights.iter().map(weigh).collect()
     }
 
+    /// What `light_weights` gives the lights' whole irradiance in `bands`, the brightest light's otherwise: 1 and `irradiance`.
+    pub fn reference_irradiance(&self, irradiance: f64) -> f64 {
+        if matches!(self.mode, SpectralMode::Bands { .. }) { 1.0 } else { irradiance }
+    }
+
     /// A coloured light's spectrum over the reference, band by band; both spectra scaled to the same illuminance.
     fn spectrum_ratios(&self, light: &Light) -> Vec<f64> {
         let whole = self.reference.xyz()[1] / light.spectrum.xyz()[1];

@@ -8,7 +8,7 @@ use crate::mie::MieError;
 /// A phase function over the scattering angle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseCurve {
-    /// Scattering angles, degrees, increasing from 0 to 180.
+    /// Scattering angles, degrees, increasing; from 0 to 180 unless less was asked for.
     pub theta_deg: Vec<f64>,
     /// Phase function, sr^-1.
     pub phase: Vec<f64>,
@@ -27,13 +27,13 @@ const LONGEST_STEP_DEG: f64 = 0.1;
 const POINTS_PER_FRINGE: f64 = 8.0;
 
 /// Most points.
-const MAX_POINTS: usize = 24_000;
+const MAX_POINTS: usize = 80_000;
 
 /// Points that every curve has, however long they take: one for each line's width.
 const ALWAYS_POINTS: usize = 900;
 
-/// Partial waves times angles that a curve may cost: a second or two on one core.
-const BUDGET: f64 = 4e9;
+/// Partial waves times angles that a curve may cost: a few seconds on one core.
+const BUDGET: f64 = 8e9;
 
 /// Partial waves above which a distribution is averaged anew with fewer radii.
 const MANY_TERMS: f64 = 2e6;
@@ -52,18 +52,26 @@ const PEAK_START: f64 = 0.02;
 const PEAK_END_DEG: f64 = 15.0;
 
 impl Scatterer {
-    /// The phase function at angles of its own choosing; `None` where nothing is scattered.
+    /// The phase function from 0 to 180 degrees, at angles of its own choosing; `None` where nothing is scattered.
     ///
     /// # Errors
     /// None in practice: the scatterer has been solved already.
     pub fn curve(&self) -> Result<Option<PhaseCurve>, MieError> {
+        self.curve_between([0.0, 180.0])
+    }
+
+    /// The same from one angle to another, degrees in 0 ..= 180, with as many points or fewer.
+    ///
+    /// # Errors
+    /// When the angles are out of range.
+    pub fn curve_between(&self, range_deg: [f64; 2]) -> Result<Option<PhaseCurve>, MieError> {
         let coarse = if self.terms() > MANY_TERMS { Some(self.for_picture()?) } else { None };
         let source = coarse.as_ref().unwrap_or(self);
         let Some(scale) = source.phase_scale() else { return Ok(None) };
         let x = source.size_parameter();
         let peak_deg = (1.0 / x).to_degrees();
         let fringe_deg = matches!(self, Self::Sphere(_)).then_some(PI * peak_deg);
-        let theta_deg = angles(peak_deg, fringe_deg, source.terms());
+        let theta_deg = angles(range_deg, peak_deg, fringe_deg, source.terms());
         let theta_rad: Vec<f64> = theta_deg.iter().map(|deg| deg.to_radians()).collect();
         let matrices = source.matrices(&theta_rad)?;
         Ok(Some(PhaseCurve {
@@ -77,11 +85,16 @@ impl Scatterer {
 }
 
 /// Even steps with finer ones toward both ends.
-fn angles(peak_deg: f64, fringe_deg: Option<f64>, terms: f64) -> Vec<f64> {
-    let step = fringe_deg.map_or(LONGEST_STEP_DEG, |fringe| (fringe / POINTS_PER_FRINGE).min(LONGEST_STEP_DEG));
+fn angles([from, to]: [f64; 2], peak_deg: f64, fringe_deg: Option<f64>, terms: f64) -> Vec<f64> {
+    let span = to - from;
+    let longest = LONGEST_STEP_DEG * span / 180.0;
+    let step = fringe_deg.map_or(longest, |fringe| (fringe / POINTS_PER_FRINGE).min(longest));
     let affordable = ((BUDGET / terms) as usize).clamp(ALWAYS_POINTS, MAX_POINTS);
-    let count = ((180.0 / step).ceil() as usize).min(affordable);
-    let even = (0..=count).map(|i| 180.0 * i as f64 / count as f64);
+    let count = ((span / step).ceil() as usize).min(affordable);
+    // Steps that miss fringes would beat with them, were they even: each point is anywhere in its step.
+    let misses_fringes = fringe_deg.is_some_and(|fringe| span / count as f64 > fringe / POINTS_PER_FRINGE * 1.5);
+    let moved = |i: usize| if misses_fringes && i > 0 && i < count { hashed_share(i as u64) - 0.5 } else { 0.0 };
+    let even = (0..=count).map(|i| from + span * (i as f64 + moved(i)) / count as f64);
     let start = (PEAK_START * peak_deg).min(0.1 * PEAK_END_DEG);
     let ratio = PEAK_END_DEG / start;
     let peak = (0..PEAK_POINTS).map(|i| start * ratio.powf(i as f64 / (PEAK_POINTS - 1) as f64));
@@ -89,9 +102,19 @@ fn angles(peak_deg: f64, fringe_deg: Option<f64>, terms: f64) -> Vec<f64> {
     let rings = (1..=RING_POINTS).map(|i| rings_end * i as f64 / RING_POINTS as f64);
     let peak = peak.chain(rings);
     let mut all: Vec<f64> = even.chain(peak.clone()).chain(peak.map(|deg| 180.0 - deg)).collect();
+    all.retain(|deg| (from..=to).contains(deg));
+    all.extend([from, to]);
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
+}
+
+/// A number from 0 to 1 that looks random and is always the same: the mixer of SplitMix64 (Steele, Lea & Flood 2014).
+fn hashed_share(i: u64) -> f64 {
+    let mut z = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 #[cfg(test)]
@@ -119,9 +142,41 @@ mod tests {
 
     #[test]
     fn large_spheres_cost_no_more_than_the_budget() {
-        let theta = angles(1e-4, Some(PI * 1e-4), 1e6);
-        assert!(theta.len() < 5000, "{}", theta.len());
+        let theta = angles([0.0, 180.0], 1e-4, Some(PI * 1e-4), 1e6);
+        assert!(theta.len() < 9000, "{}", theta.len());
         assert!(theta.windows(2).all(|w| w[0] < w[1]));
+    }
+
+    /// Even steps of 4.2 fringes show 0.1 fringes per step instead: means over such beats are those of a few points.
+    #[test]
+    fn steps_do_not_beat_with_fringes_that_they_miss() {
+        let fringe = 180.0 / 1e5;
+        let theta = angles([0.0, 180.0], fringe / PI, Some(fringe), 1e5);
+        // Fringes of any order: the mean of their cosine over a drawn column is none, within its scatter.
+        for harmonic in 1..=4 {
+            let phase = |deg: &f64| (2.0 * PI * f64::from(harmonic) * deg / fringe).cos();
+            for column in 20..740 {
+                let inside = |deg: &&f64| (**deg * 768.0 / 180.0).floor() == f64::from(column);
+                let values: Vec<f64> = theta.iter().filter(inside).map(phase).collect();
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                // Four standard errors of the mean of numbers of variance 1/2, once more for 2880 of them.
+                assert!(mean.abs() < 5.0 * (0.5 / values.len() as f64).sqrt(), "{harmonic} {column}: {mean}");
+            }
+        }
+    }
+
+    #[test]
+    fn close_ups_have_the_asked_angles_and_finer_steps() {
+        let curve = sphere(300.0, 1.33).curve_between([135.0, 145.0]).unwrap().unwrap();
+        assert_eq!((curve.theta_deg[0], *curve.theta_deg.last().unwrap()), (135.0, 145.0));
+        assert!(curve.theta_deg.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 0.0056), "{:?}", curve.theta_deg);
+        // The same function, whatever is shown of it.
+        let whole = sphere(300.0, 1.33).curve().unwrap().unwrap();
+        let highest = |curve: &PhaseCurve| {
+            let inside = curve.theta_deg.iter().zip(&curve.phase).filter(|(deg, _)| (135.0..=145.0).contains(*deg));
+            inside.map(|(_, phase)| *phase).fold(0.0, f64::max)
+        };
+        assert!((highest(&curve) / highest(&whole) - 1.0).abs() < 0.01);
     }
 
     #[test]

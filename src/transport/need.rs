@@ -91,7 +91,7 @@ impl Need {
     /// Of the program before it has read anything.
     pub fn of_program() -> Self {
         let mut need = Self::default();
-        need.add("the program", PROGRAM_BYTES, "use fewer --threads");
+        need.add("the program", PROGRAM_BYTES, "");
         need
     }
 

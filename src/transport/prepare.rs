@@ -20,6 +20,7 @@ use super::wanted_tables::{
     Wavelengths, air_phases, build_tables, cut_peaks, fill_fog, table_settings, table_wavelengths,
 };
 use crate::accel::Accel;
+use crate::optics::count::TableStore;
 use crate::optics::tables::{OpticalTables, OpticsError};
 use crate::plan::{EffectPlan, Switches, march_steps};
 use crate::scene::model::{Camera, ParticleKind, Scene};
@@ -115,10 +116,24 @@ impl Prepared {
     /// # Errors
     /// When a material is not known at a wavelength, or a size or phase model is out of range.
     pub fn new(
-        mut scene: Scene,
+        scene: Scene,
         plan: &EffectPlan,
         sampling: &SpectralSampling,
         cache: Option<&Path>,
+        enter: &mut dyn FnMut(Stage),
+    ) -> Result<Self, PrepareError> {
+        Self::with_store(scene, plan, sampling, TableStore { cache, count: None }, enter)
+    }
+
+    /// `new`, with a count of the tables that are made.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn with_store(
+        mut scene: Scene,
+        plan: &EffectPlan,
+        sampling: &SpectralSampling,
+        store: TableStore,
         enter: &mut dyn FnMut(Stage),
     ) -> Result<Self, PrepareError> {
         let (backdrop, backdrop_warnings) = backdrop(&scene, plan, sampling)?;
@@ -126,14 +141,15 @@ impl Prepared {
         let wavelengths = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
         let bins = bin_plan(&scene);
-        let angle_tolerance =
-            table_settings(&scene.settings.accuracy, Wavelengths::default(), None).accuracy.angle_tolerance;
+        let angle_tolerance = table_settings(&scene.settings.accuracy, Wavelengths::default(), TableStore::default())
+            .accuracy
+            .angle_tolerance;
         let absorption = if plan.is_on(Effect::Absorption) { Absorption::Simulated } else { Absorption::LeftOut };
-        let tables = build_tables(&scene, &bins, wavelengths, cache)?;
+        let tables = build_tables(&scene, &bins, wavelengths, store)?;
         let tables = cut_peaks(tables, scene.settings.accuracy.peak_truncation_deg, absorption);
         let media = Media::new(&tables, sampling.wavelengths_m.len(), absorption);
         let discs = if plan.is_on(Effect::SunDisc) { Discs::Simulated } else { Discs::LeftOut };
-        let mut lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, wavelengths, cache)?);
+        let mut lighting = Lighting::new(&scene, sampling, backdrop, discs, air_phases(&scene, wavelengths, store)?);
         if !plan.follows_suns {
             lighting.suns.clear();
         }
@@ -183,6 +199,12 @@ impl Prepared {
         prepared.rates = find_rates(&prepared.context());
         enter(Stage::Ready);
         Ok(prepared)
+    }
+
+    /// Which estimators there is anything to ask, in the order of `Rates::per_sample`.
+    pub fn is_asked(&self) -> [bool; 4] {
+        let Switches { direct, multiple, airlight, air_multiple, .. } = self.switches;
+        [direct || multiple, air_multiple, airlight, self.glow.is_some()]
     }
 
     /// The same scene without chains of small turns toward the sun: the plain estimator, for comparison.

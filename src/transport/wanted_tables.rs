@@ -1,11 +1,11 @@
 //! Which optical tables a scene wants: at which wavelengths, how finely, for its droplets, its fog and its air.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use super::media::Absorption;
 use crate::optics::DropletClass;
 use crate::optics::bins::BinPlan;
+use crate::optics::count::TableStore;
 use crate::optics::distribution::{Shape, SizeDistribution};
 use crate::optics::material::Material;
 use crate::optics::phase_function::PhaseFunction;
@@ -45,9 +45,9 @@ pub(super) fn build_tables(
     scene: &Scene,
     bins: &BinPlan,
     wavelengths: Wavelengths,
-    cache: Option<&Path>,
+    store: TableStore,
 ) -> Result<OpticalTables, OpticsError> {
-    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths, cache))
+    OpticalTables::build(bins, &scene.classes, &table_settings(&scene.settings.accuracy, wavelengths, store))
 }
 
 /// The tables without their forward peaks, where the settings ask for it.
@@ -65,7 +65,7 @@ pub(super) fn cut_peaks(tables: OpticalTables, angle_deg: f64, absorption: Absor
 pub(super) fn table_settings<'a>(
     accuracy: &Accuracy,
     wavelengths: Wavelengths<'a>,
-    cache: Option<&'a Path>,
+    store: TableStore<'a>,
 ) -> TableSettings<'a> {
     let asked = accuracy.target.map_or_else(AverageAccuracy::picture, AverageAccuracy::for_target);
     let angle_tolerance = accuracy.angle_tolerance.unwrap_or(asked.angle_tolerance);
@@ -74,14 +74,17 @@ pub(super) fn table_settings<'a>(
         band_edges_m: wavelengths.edges_m,
         size_parameter_cap: accuracy.size_parameter_cap,
         accuracy: AverageAccuracy { angle_tolerance, ..asked },
-        cache,
+        store,
     }
 }
 
 /// Gives every ball and box of fog its number of droplets, from their extinction at 550 nm and their mass.
 pub(super) fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
-    let settings =
-        table_settings(&scene.settings.accuracy, Wavelengths { middles_m: &[FOG_WAVELENGTH_M], edges_m: &[] }, None);
+    let settings = table_settings(
+        &scene.settings.accuracy,
+        Wavelengths { middles_m: &[FOG_WAVELENGTH_M], edges_m: &[] },
+        TableStore::default(),
+    );
     scene.fill_fog(|class, own_radius_m, measure| {
         let distribution = match own_radius_m {
             Some(r_m) => SizeDistribution { shape: Shape::Mono { r_m }, r_min_m: r_m, r_max_m: r_m },
@@ -100,7 +103,7 @@ pub(super) fn fill_fog(scene: &mut Scene) -> Result<(), OpticsError> {
 pub(super) fn air_phases(
     scene: &Scene,
     wavelengths: Wavelengths,
-    cache: Option<&Path>,
+    store: TableStore,
 ) -> Result<Vec<Arc<PhaseFunction>>, OpticsError> {
     let air = &scene.settings.atmosphere;
     let same = |phase: PhaseFunction| Ok(vec![Arc::new(phase)]);
@@ -116,7 +119,7 @@ pub(super) fn air_phases(
                 distribution: distribution.clone(),
                 albedo: None,
             };
-            let settings = table_settings(&scene.settings.accuracy, wavelengths, cache);
+            let settings = table_settings(&scene.settings.accuracy, wavelengths, store);
             let tables = OpticalTables::build(&BinPlan::of_distribution(&class), &[class], &settings)?;
             Ok((0..wavelengths.middles_m.len()).map(|w| tables.get(0, w).phase.clone()).collect())
         }

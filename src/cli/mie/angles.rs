@@ -13,6 +13,17 @@ const MAX_DECIMALS: i32 = 12;
 pub struct AngleList(Vec<f64>);
 
 impl AngleList {
+    /// Every ten degrees.
+    pub fn standard() -> Self {
+        Self((0..=18).map(|i| 10.0 * f64::from(i)).collect())
+    }
+
+    /// The smallest and the largest angle; the whole range where that is one.
+    pub fn range_deg(&self) -> [f64; 2] {
+        let [from, to] = [f64::min, f64::max].map(|of| self.0.iter().copied().reduce(of).unwrap_or(0.0));
+        if from < to { [from, to] } else { [0.0, 180.0] }
+    }
+
     /// The angles in the order they were given.
     pub fn degrees(&self) -> &[f64] {
         &self.0

@@ -16,15 +16,17 @@ use super::failure::Failure;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::study::plot::{Caption, phase_plot};
 use crate::study::{MieReport, Scatterer};
+use angles::AngleList;
 use args::{FormatName, MieArgs};
 
 /// Runs the command.
 pub fn run(args: &MieArgs) -> Result<u8, Failure> {
     check_outputs(args)?;
     let scatterer = request::solve(args)?;
-    let report = MieReport::new(&scatterer, args.angles.degrees()).map_err(Failure::usage)?;
+    let angles = args.angles.clone().unwrap_or_else(AngleList::standard);
+    let report = MieReport::new(&scatterer, angles.degrees()).map_err(Failure::usage)?;
     if let Some(path) = &args.plot {
-        plot(path, &scatterer, &Caption::new(&scatterer, request::material_name(args)))?;
+        plot(path, (&scatterer, angles.range_deg()), &Caption::new(&scatterer, request::material_name(args)))?;
     }
     match &args.output {
         Some(path) => {
@@ -60,8 +62,8 @@ fn write(out: &mut dyn Write, report: &MieReport, format: FormatName) -> io::Res
     }
 }
 
-fn plot(path: &Path, scatterer: &Scatterer, caption: &Caption) -> Result<(), Failure> {
-    let curve = scatterer.curve().map_err(Failure::other)?;
+fn plot(path: &Path, (scatterer, range_deg): (&Scatterer, [f64; 2]), caption: &Caption) -> Result<(), Failure> {
+    let curve = scatterer.curve_between(range_deg).map_err(Failure::other)?;
     let curve = curve.ok_or_else(|| {
         Failure::usage(anyhow!("--plot: an index of 1 scatters nothing, so there is no phase function; choose another"))
     })?;

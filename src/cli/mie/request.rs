@@ -7,6 +7,7 @@ use num_complex::Complex64;
 
 use super::args::MieArgs;
 use crate::cli::failure::Failure;
+use crate::mie::MieError;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
 use crate::scene::folder::read_typed_text;
@@ -28,11 +29,17 @@ fn scatterer(args: &MieArgs) -> anyhow::Result<Scatterer> {
     if let Some(text) = &args.distribution {
         let distribution = SizeDistribution::parse(text, &read_typed_text).context("--distribution")?;
         return Scatterer::cloud(distribution, wavelength_m, m)
+            .map_err(|error| match error {
+                MieError::SizeParameter(_) if !text.trim_start().starts_with("mono") => {
+                    anyhow!("{error}; end the distribution with rmin= or rmax=, e.g. rmax=50um")
+                }
+                other => other.into(),
+            })
             .with_context(|| format!("--distribution {text} at {}", nm(wavelength_m)));
     }
     if let Some(radius_m) = args.radius {
         return Scatterer::sphere(Dimensions { radius_m, wavelength_m }, m)
-            .with_context(|| format!("--radius {}um at {}", format_in(radius_m, 1e6), nm(wavelength_m)));
+            .with_context(|| format!("--radius {} at {}", um(radius_m), nm(wavelength_m)));
     }
     let x = args.size_parameter.ok_or_else(|| anyhow!("--size-parameter, --radius or --distribution is needed"))?;
     let Some(wavelength_m) = args.wavelength else { return Ok(Scatterer::relative_sphere(x, m)?) };
@@ -65,6 +72,12 @@ fn index(args: &MieArgs) -> anyhow::Result<Complex64> {
         None => Material::Water,
     };
     material.index(wavelength_m(args)).context("--material")
+}
+
+/// In micrometres; very small and very large ones without their zeros.
+fn um(radius_m: f64) -> String {
+    let um = format_in(radius_m, 1e6);
+    if um.len() > 20 { format!("{radius_m:e} m") } else { format!("{um}um") }
 }
 
 fn nm(wavelength_m: f64) -> String {

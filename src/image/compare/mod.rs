@@ -16,7 +16,7 @@ use super::preview::LUMINANCE;
 use overlap::{Overlap, Pixel};
 
 pub use map::difference_map;
-pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, WorstPixel, ZScores};
+pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, NonFinitePixel, WorstPixel, ZScores};
 
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 const ERRORS: [&str; 3] = ["stderr.R", "stderr.G", "stderr.B"];
@@ -62,6 +62,10 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison, CompareError> {
         n_pixels: pixels.len() as u64,
         n_different: pixels.iter().filter(|pixel| pixel.differs()).count() as u64,
         n_non_finite: (pixels.len() - finite.len()) as u64,
+        first_non_finite: pixels.iter().find(|pixel| !pixel.is_finite()).map(|pixel| {
+            let [x, y] = place(pixel, a);
+            NonFinitePixel { x, y, a: pixel.a, b: pixel.b }
+        }),
         rmse,
         relative_rmse: (mean_b > 0.0).then(|| rmse / mean_b),
         relative_mse: relative_mse(&finite, mean_b, rmse),
@@ -162,14 +166,14 @@ fn z_scores(pixels: &[&Pixel], errors: &Errors<'_>) -> Option<ZScores> {
 fn worst_pixel(pixels: &[&Pixel], a: &Picture) -> Option<WorstPixel> {
     let difference = |pixel: &Pixel| luminance(pixel.a) - luminance(pixel.b);
     let worst = pixels.iter().max_by(|p, q| difference(p).abs().total_cmp(&difference(q).abs()))?;
+    let [x, y] = place(worst, a);
+    Some(WorstPixel { x, y, a: worst.a, b: worst.b, difference: difference(worst) })
+}
+
+/// Column and row of a pixel in the full frame.
+fn place(pixel: &Pixel, a: &Picture) -> [i32; 2] {
     let width = a.width as usize;
-    Some(WorstPixel {
-        x: a.frame.x + (worst.at.0 % width) as i32,
-        y: a.frame.y + (worst.at.0 / width) as i32,
-        a: worst.a,
-        b: worst.b,
-        difference: difference(worst),
-    })
+    [a.frame.x + (pixel.at.0 % width) as i32, a.frame.y + (pixel.at.0 / width) as i32]
 }
 
 fn channel_difference(name: &str, overlap: &Overlap, a: &[f32], b: &[f32]) -> Option<ChannelDifference> {

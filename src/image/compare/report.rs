@@ -11,6 +11,8 @@ pub struct Comparison {
     pub n_different: u64,
     /// Pixels where a or b is not finite; they are left out of all that follows.
     pub n_non_finite: u64,
+    /// The first of them.
+    pub first_non_finite: Option<NonFinitePixel>,
     /// Root mean square of d over pixels and R, G, B.
     pub rmse: f64,
     /// `rmse` over b's mean luminance: the measure of the accuracy target. `None` where b is black.
@@ -30,6 +32,19 @@ pub struct Comparison {
     pub only_in_a: Vec<String>,
     /// Channels of b alone.
     pub only_in_b: Vec<String>,
+}
+
+/// A pixel that cannot be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NonFinitePixel {
+    /// Column in the full frame.
+    pub x: i32,
+    /// Row in the full frame, from the top.
+    pub y: i32,
+    /// R, G, B of a.
+    pub a: [f32; 3],
+    /// R, G, B of b.
+    pub b: [f32; 3],
 }
 
 /// A ratio of means with its standard error.

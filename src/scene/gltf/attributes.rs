@@ -7,10 +7,12 @@ use serde::Deserialize;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 
 use super::accessors::{Accessor, Accessors, Allowed, Use};
+use crate::excerpt::excerpt;
 use crate::scene::error::SceneResult;
+use crate::suggest::closest;
 
 /// Accessor indices of the attributes that are known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Attributes {
     pub position: Option<u32>,
     pub radius: Option<u32>,
@@ -20,9 +22,20 @@ pub struct Attributes {
     pub translation: Option<u32>,
     pub rotation: Option<u32>,
     pub scale: Option<u32>,
-    /// How many attributes of the file's own (with an underscore) are not known.
-    pub unknown: u32,
+    /// Those of the file's own (with an underscore) that are not known.
+    pub unknown: UnknownNames,
 }
+
+/// Names of attributes that are not read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct UnknownNames {
+    pub count: u32,
+    /// The first of them, each with the one that was meant.
+    first: Vec<String>,
+}
+
+/// What attributes of the file's own are read, in small letters.
+const KNOWN_SMALL: [&str; 4] = ["_radius", "_droplet_radius_um", "_droplet_count", "_material"];
 
 impl<'de> Deserialize<'de> for Attributes {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -38,7 +51,9 @@ impl<'de> Deserialize<'de> for Attributes {
                 let mut attributes = Attributes::default();
                 while let Some(name) = map.next_key::<Cow<'de, str>>()? {
                     let Some(slot) = attributes.slot(&name) else {
-                        attributes.unknown += u32::from(name.starts_with('_'));
+                        if name.starts_with('_') {
+                            attributes.unknown.push(&name);
+                        }
                         map.next_value::<IgnoredAny>()?;
                         continue;
                     };
@@ -48,6 +63,34 @@ impl<'de> Deserialize<'de> for Attributes {
             }
         }
         deserializer.deserialize_map(Names)
+    }
+}
+
+impl UnknownNames {
+    /// So many are named: a file may have any number of them.
+    const MOST: usize = 3;
+
+    fn push(&mut self, name: &str) {
+        self.count = self.count.saturating_add(1);
+        if self.first.len() < Self::MOST {
+            let name = excerpt(name);
+            let meant = closest(&name, KNOWN_SMALL).map(str::to_uppercase);
+            let hint = meant.map_or_else(String::new, |meant| format!(" (did you mean {meant}?)"));
+            self.first.push(format!("{name}{hint}"));
+        }
+    }
+
+    /// Adds those of another primitive.
+    pub fn add(&mut self, other: &Self) {
+        self.count = self.count.saturating_add(other.count);
+        self.first.extend(other.first.iter().filter(|name| !self.first.contains(name)).cloned().collect::<Vec<_>>());
+        self.first.truncate(Self::MOST);
+    }
+
+    /// The first names.
+    pub fn words(&self) -> String {
+        let more = if self.count as usize > self.first.len() { ", .." } else { "" };
+        self.first.join(", ") + more
     }
 }
 

@@ -80,7 +80,9 @@ impl<'a> Collector<'a, '_> {
 
     fn take_mesh(&mut self, placed: &Placed, mesh: &Mesh) -> SceneResult<()> {
         let element = &placed.visit.element;
-        self.notes.note(Kind::OwnAttribute, mesh.unknown_attributes.into(), || mesh.element.clone());
+        let unknown = &mesh.unknown_attributes;
+        self.notes
+            .note(Kind::OwnAttribute, unknown.count.into(), || format!("{} of {}", unknown.words(), mesh.element));
         if mesh.morphs == Morphs::Some {
             self.notes.note(Kind::MorphTarget, 1, || mesh.element.clone());
         }
@@ -222,6 +224,9 @@ impl<'a> Collector<'a, '_> {
         let element = &placed.visit.element;
         let density = marks.density.ok_or_else(|| missing_density(element))?;
         let bounds = mesh.bounds(self.accessors)?;
+        if !bounds.is_box {
+            self.notes.note(Kind::NoBox, 1, || element.clone());
+        }
         let half = 0.5 * (bounds.max - bounds.min);
         let class = self.classes.of(marks, surface, element)?;
         let instances = Instances::read(self.accessors, &placed.visit.node, element)?;

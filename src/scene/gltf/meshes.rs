@@ -8,12 +8,15 @@ use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
 
 use super::accessors::Accessors;
-use super::attributes::Attributes;
+use super::attributes::{Attributes, UnknownNames};
 use super::document::{self, Document, label};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::Folder;
 use crate::scene::marks::{MARKS, Marks};
 use crate::scene::settings_parse::{apply, entries_of_extras};
+
+/// Share of a box's edge by which a vertex on its surface may be off: positions are single precision, of any offset.
+const FLUSH: f64 = 1e-4;
 
 /// A mesh, as far as droplets and fog go.
 pub struct Mesh {
@@ -25,8 +28,8 @@ pub struct Mesh {
     pub points: Vec<Points>,
     /// All other primitives together.
     pub solid: Option<Solid>,
-    /// How many attributes of the file's own are not known.
-    pub unknown_attributes: u32,
+    /// Attributes of the file's own that are not known.
+    pub unknown_attributes: UnknownNames,
     /// Whether shape keys are left out.
     pub morphs: Morphs,
     bounds: OnceCell<Bounds>,
@@ -63,6 +66,8 @@ pub struct Bounds {
     pub nearest: f64,
     pub farthest: f64,
     pub vertices: u64,
+    /// Whether the vertices make the bounding box: all lie on it, and some at each of its corners.
+    pub is_box: bool,
 }
 
 impl Bounds {
@@ -116,7 +121,7 @@ impl<'d> Meshes<'d> {
             marks,
             points: Vec::new(),
             solid: None,
-            unknown_attributes: 0,
+            unknown_attributes: UnknownNames::default(),
             morphs: Morphs::None,
             bounds: OnceCell::new(),
         };
@@ -136,7 +141,7 @@ impl Mesh {
             let problem = "its mode is unknown".into();
             return Err(SceneError::at(name(), SceneFault::Accessor { problem, expected: "0 (points) to 6".into() }));
         };
-        self.unknown_attributes += attributes.unknown;
+        self.unknown_attributes.add(&attributes.unknown);
         if primitive.targets.is_some() {
             self.morphs = Morphs::Some;
         }
@@ -174,11 +179,17 @@ impl Mesh {
         }
         let center = 0.5 * (min + max);
         let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
+        let (mut on_box, mut corners) = (true, 0_u8);
         self.each_vertex(accessors, |p| {
             nearest = nearest.min(p.distance(center));
             farthest = farthest.max(p.distance(center));
+            let sides = [p - min, max - p].map(|d| d.cmple(FLUSH * (max - min)));
+            on_box &= (sides[0] | sides[1]).any();
+            if (sides[0] | sides[1]).all() {
+                corners |= 1 << sides[1].bitmask();
+            }
         })?;
-        Ok(Bounds { min, max, nearest, farthest, vertices })
+        Ok(Bounds { min, max, nearest, farthest, vertices, is_box: on_box && corners == u8::MAX })
     }
 
     fn each_vertex(&self, accessors: Accessors, mut each: impl FnMut(DVec3)) -> SceneResult<()> {

@@ -21,6 +21,7 @@ pub enum Kind {
     ShrunkDroplet,
     LargeDrop,
     NoSphere,
+    NoBox,
     OwnAttribute,
 }
 
@@ -78,7 +79,8 @@ impl Kind {
                 "droplet of more than 5 mm radius",
                 "droplets of more than 5 mm radius",
                 "no such drops exist in air",
-                "for a cloud mark balls of fog (kind = \"fog\"), for a magnified droplet give _DROPLET_RADIUS_UM, or check \
+                "for a cloud give each a number of droplets (_DROPLET_COUNT, or droplet_count of its node) or mark balls of \
+                 fog (kind = \"fog\"), for a magnified droplet give _DROPLET_RADIUS_UM, or check \
                  whether the radii are micrometres",
             ],
             Kind::NoSphere => [
@@ -86,6 +88,12 @@ impl Kind {
                 "droplet meshes that are no spheres",
                 "drawn as the sphere through their farthest vertex",
                 "use a UV sphere or an icosphere",
+            ],
+            Kind::NoBox => [
+                "fog mesh that is no box",
+                "fog meshes that are no boxes",
+                "drawn as its bounding box",
+                "POINTS with _RADIUS, marked as fog, make balls of it",
             ],
             Kind::OwnAttribute => [
                 "vertex attribute of the file's own",

@@ -20,12 +20,15 @@ pub struct Column {
 ///
 /// Means are taken over the angle by the trapezoidal rule, so that points may be spaced unevenly.
 pub fn gather(curve: &PhaseCurve, count: usize) -> Vec<Column> {
-    let width = 180.0 / count as f64;
+    let (from, to) =
+        (curve.theta_deg.first().copied().unwrap_or(0.0), curve.theta_deg.last().copied().unwrap_or(180.0));
+    let width = (to - from) / count as f64;
+    let place = |deg: f64| ((deg - from) / width).floor();
     let mut columns = Vec::with_capacity(count);
     let mut start = 0;
     while start < curve.theta_deg.len() {
-        let column = (curve.theta_deg[start] / width).floor();
-        let inside = curve.theta_deg[start..].iter().take_while(|deg| (*deg / width).floor() == column).count();
+        let column = place(curve.theta_deg[start]);
+        let inside = curve.theta_deg[start..].iter().take_while(|deg| place(**deg) == column).count();
         columns.push(one(curve, start..start + inside));
         start += inside;
     }

@@ -11,6 +11,7 @@ use super::caption::Caption;
 use super::columns::{Column, gather};
 use super::style::{BAND, CURVE, GRID, centred, draw_svg, failed, font, pt, ruled};
 use crate::study::phase_curve::PhaseCurve;
+use crate::units::short::number;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -41,7 +42,8 @@ const WIDE_PEAK_DEG: f64 = 2.0;
 /// When the curve has no positive value, or the drawing library refuses.
 pub fn phase_plot(caption: &Caption, curve: &PhaseCurve) -> Result<String, PlotError> {
     let y = log_range(&curve.phase).ok_or(PlotError::Empty)?;
-    let fine = curve.fringe_deg.is_some_and(|fringe| fringe < FINE_FRINGE_DEG);
+    let [from, to] = shown_deg(curve);
+    let fine = curve.fringe_deg.is_some_and(|fringe| fringe < FINE_FRINGE_DEG * (to - from) / 180.0);
     let columns = if fine { Some(gather(curve, COLUMNS)) } else { None };
     draw_svg(SIZE, |root| {
         let (head, body) = root.split_vertically(pt(CAPTION_HEIGHT));
@@ -63,8 +65,29 @@ fn draw_caption(area: &Area, caption: &Caption) -> Result<(), PlotError> {
     Ok(())
 }
 
-fn angle_axis() -> Axis {
-    even(0.0..180.0, 30.0, 10.0)
+/// First and last angle of a curve, degrees.
+fn shown_deg(curve: &PhaseCurve) -> [f64; 2] {
+    [curve.theta_deg.first(), curve.theta_deg.last()].map(|end| end.copied().unwrap_or(0.0))
+}
+
+/// Six to twelve labels, at 30 degrees where the whole curve is shown, and grid lines between.
+fn angle_axis(curve: &PhaseCurve) -> Axis {
+    let [from, to] = shown_deg(curve);
+    let span = to - from;
+    let power = 10f64.powf((span / 6.0).log10().floor());
+    let (label, fine) = match span / 6.0 / power {
+        _ if span > 120.0 => (30.0, 10.0),
+        steps if steps >= 5.0 => (5.0 * power, power),
+        steps if steps >= 2.0 => (2.0 * power, 0.5 * power),
+        _ => (power, 0.2 * power),
+    };
+    even(from..to, label, fine)
+}
+
+/// How angles are written on an axis that spans so many degrees.
+fn angle_label(span: f64) -> impl Fn(&f64) -> String {
+    let decimals = (-(span / 6.0).log10().floor()).clamp(0.0, 9.0) as usize;
+    move |deg| format!("{deg:.decimals$}")
 }
 
 fn logs<'a>(theta: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
@@ -77,7 +100,7 @@ fn draw_phase(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>, y: &R
         .margin_right(pt(RIGHT))
         .margin_bottom(pt(10.0))
         .set_label_area_size(LabelAreaPosition::Left, pt(LEFT - EDGE))
-        .build_cartesian_2d(angle_axis(), logarithmic(y.clone(), 10))
+        .build_cartesian_2d(angle_axis(curve), logarithmic(y.clone(), 10))
         .map_err(failed)?;
     ruled(&mut chart.configure_mesh())
         .y_label_formatter(&log_label(y))
@@ -96,12 +119,14 @@ fn draw_phase(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>, y: &R
     let outline: Vec<_> = upper.chain(columns.iter().rev().map(|c| point(c, c.low))).collect();
     chart.draw_series([Polygon::new(outline, BAND.filled())]).map_err(failed)?;
     chart.draw_series(LineSeries::new(columns.iter().map(|c| point(c, c.mean)), line)).map_err(failed)?;
-    let note = format!("line: mean over {:.2}°, band: minimum to maximum", 2.0 * 180.0 / COLUMNS as f64);
+    let [from, to] = shown_deg(curve);
+    let note = format!("line: mean over {}°, band: minimum to maximum", number(2.0 * (to - from) / COLUMNS as f64));
     let place = (pt(LEFT + 10.0) as i32, pt(PHASE_HEIGHT - 30.0) as i32);
     area.draw_text(&note, &font(11.0), place).map_err(failed)
 }
 
 fn draw_polarization(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>) -> Result<(), PlotError> {
+    let [from, to] = shown_deg(curve);
     let mut chart = ChartBuilder::on(area)
         .margin_left(pt(EDGE))
         .margin_right(pt(RIGHT))
@@ -109,17 +134,17 @@ fn draw_polarization(area: &Area, curve: &PhaseCurve, columns: Option<&[Column]>
         .margin_bottom(pt(8.0))
         .set_label_area_size(LabelAreaPosition::Left, pt(LEFT - EDGE))
         .set_label_area_size(LabelAreaPosition::Bottom, pt(48.0))
-        .build_cartesian_2d(angle_axis(), even(-1.0..1.0, 0.5, 0.25))
+        .build_cartesian_2d(angle_axis(curve), even(-1.0..1.0, 0.5, 0.25))
         .map_err(failed)?;
     ruled(&mut chart.configure_mesh())
-        .x_label_formatter(&|deg| format!("{deg:.0}"))
+        .x_label_formatter(&angle_label(to - from))
         .y_label_formatter(&|share| if *share < 0.0 { format!("−{:.1}", -share) } else { format!("{share:.1}") })
         .x_desc("scattering angle θ (degrees)")
         .y_desc("polarisation −S₁₂/S₁₁")
         .set_all_tick_mark_size(pt(5.0))
         .draw()
         .map_err(failed)?;
-    let zero = [(0.0, 0.0), (180.0, 0.0)];
+    let zero = [(from, 0.0), (to, 0.0)];
     chart.draw_series(LineSeries::new(zero, BLACK.mix(0.5).stroke_width(pt(0.7)))).map_err(failed)?;
     let points: Vec<(f64, f64)> = match columns {
         Some(columns) => columns.iter().map(|c| (c.theta_deg, c.degree)).collect(),
@@ -139,7 +164,7 @@ fn draw_inset(area: &Area, curve: &PhaseCurve, y: &Range<f64>) -> Result<(), Plo
     let floor = y.end - INSET_SHARE[1] * height;
     let covered =
         logs(&curve.theta_deg, &curve.phase).any(|(deg, p)| deg > INSET_DEG[0] - 14.0 && p > floor - 0.08 * height);
-    if curve.peak_deg > WIDE_PEAK_DEG || covered {
+    if shown_deg(curve) != [0.0, 180.0] || curve.peak_deg > WIDE_PEAK_DEG || covered {
         return Ok(());
     }
     let [from, to] = INSET_PEAK.map(|multiple| (multiple * curve.peak_deg).min(60.0).log10());
