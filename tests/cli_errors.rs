@@ -309,3 +309,48 @@ fn droplets_beyond_mie_theory_are_named() {
         "generate -o a.glb --count 10 --size 1km --kind droplets --distribution mono:r=80mm --optical-depth 0.1 -q",
     );
 }
+
+/// What a command reads is never what it writes: buffers, tables and pictures that a scene names, too.
+#[test]
+fn outputs_never_replace_inputs_or_each_other() {
+    let bench = Bench::with_cloud();
+    let scene = |name: &str| {
+        // A droplet whose buffer, background and material are files of their own.
+        bench.write(name, r#"{ "asset": { "version": "2.0" }, "scene": 0,
+            "scenes": [{ "nodes": [0], "extras": { "mie_cloud": { "background.image": "meadow.exr", "droplets.material": "glass.csv" } } }],
+            "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "_RADIUS": 1 }, "mode": 0 }] }],
+            "buffers": [{ "uri": "data.bin", "byteLength": 16 }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 12 }, { "buffer": 0, "byteOffset": 12, "byteLength": 4 }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 1, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0] },
+                { "bufferView": 1, "componentType": 5126, "count": 1, "type": "SCALAR" }] }"#);
+    };
+    scene("lone.gltf");
+    bench.ok("render cloud.glb -o meadow.exr --spp 1 -q");
+    bench.write("glass.csv", "wavelength_nm,n,k\n300,1.5,0\n900,1.5,0\n");
+    let numbers = [0.0_f32, 0.0, 0.0, 0.5].map(f32::to_le_bytes).concat();
+    std::fs::write(bench.path("data.bin"), numbers).expect("written");
+    bench.ok("inspect lone.gltf");
+    let before = bench.files();
+    let cases = [
+        ("render lone.gltf -o meadow.exr", "--output meadow.exr: is read by the scene"),
+        ("render lone.gltf -o ./data.bin", "--output ./data.bin: is read by the scene"),
+        ("render lone.gltf -o a.exr --stats data.bin", "--stats data.bin: is read by the scene"),
+        ("render lone.gltf -o a.exr --checkpoint glass.csv", "glass.csv"),
+        ("render cloud.glb -o a.exr --set background.image=meadow.exr --stats meadow.exr", "--stats meadow.exr: is read by the scene"),
+        ("bench effects cloud.glb --json cloud.glb", "--json cloud.glb: is the scene itself"),
+        ("bench effects lone.gltf --csv data.bin", "--csv data.bin: is read by the scene"),
+        ("bench effects cloud.glb --csv x --json ./x", "--csv and --json both name ./x"),
+        ("bench accuracy cloud.glb --csv cloud.glb", "--csv cloud.glb: is the scene itself"),
+        ("bench accuracy cloud.glb --reference meadow.exr --json meadow.exr", "--json meadow.exr: is the reference"),
+        ("bench particles --counts 10 --repeat 1 --csv x --json x", "--csv and --json both name x"),
+        ("mie --radius 5um --material glass.csv -o glass.csv", "--output glass.csv: is read as a table"),
+        ("mie --radius 5um -o x --plot ./x", "--output and --plot both name ./x"),
+    ];
+    for (line, part) in cases {
+        assert_says(&bench.fails(2, line), &[part]);
+    }
+    assert!(bench.files() == before, "every file is as it was, and none is new");
+    // Devices may be read and written.
+    bench.ok("mie --radius 5um -o /dev/null --plot /dev/null");
+}

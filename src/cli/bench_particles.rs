@@ -6,9 +6,10 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::BenchParticlesArgs;
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::limits::peak_rss_bytes;
-use super::measured::{check_outputs, write_json};
+use super::measured::write_json;
 use super::memory::MemoryLimit;
 use super::render::in_thread_pool;
 use super::say::say;
@@ -31,7 +32,8 @@ pub fn run(args: &BenchParticlesArgs) -> Result<u8, Failure> {
 }
 
 fn run_here(args: &BenchParticlesArgs) -> Result<u8, Failure> {
-    check_outputs([&args.csv, &args.json, &args.plot])?;
+    let files = [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot)];
+    Outputs::new(files.map(|(flag, path)| (flag, path.as_ref()))).check(Existing::Replace)?;
     // Counts that do not fit are refused before the first is measured, which may take long.
     let largest = args.counts.iter().copied().max().unwrap_or(0);
     MemoryLimit::new(args.memory_limit).check(&need(largest))?;

@@ -11,7 +11,7 @@ use super::say::say;
 use super::scene::print_warnings;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::optics::distribution::SizeDistribution;
-use crate::scene::folder::{Folder, read_typed_text};
+use crate::scene::folder::Folder;
 use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, GenerateError, Recipe, View};
 use crate::scene::gltf::write::{Container, write};
 use crate::scene::keys::SETTINGS;
@@ -57,7 +57,7 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
 
 fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
-    let distribution = SizeDistribution::parse(&args.distribution, &read_typed_text)
+    let distribution = SizeDistribution::parse(&args.distribution, &|name| Folder::of_user().read_typed_text(name))
         .context("--distribution")
         .map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {

@@ -101,7 +101,7 @@ pub fn load_embedded(name: &str, file: &[u8], options: &LoadOptions) -> Result<S
 
 /// Adds camera and sun where there are none, and the hash.
 fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
-    let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings } = parts;
+    let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings, files } = parts;
     if particles.is_empty() && fog_boxes.is_empty() {
         if is_dark(&settings) {
             return Err(SceneError::at("", SceneFault::Empty { found: found(&warnings) }));
@@ -123,8 +123,9 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     } else if suns.iter().all(|sun| sun.lux == 0.0) {
         warnings.push(Warning::new("no directional light has an intensity above 0", "set it in lux"));
     }
+    let hash = String::new();
     let mut scene =
-        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
+        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, files, hash };
     scene.hash = content_hash(&scene);
     Ok(scene)
 }

@@ -1,6 +1,7 @@
 //! What a scene is, once it has been read: everything in world space, metres, f64 where positions need it.
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 
@@ -144,6 +145,8 @@ pub struct Scene {
     pub settings: Settings,
     /// What the reader noticed.
     pub warnings: Vec<Warning>,
+    /// The files that it needs beside its own: buffers, tables, the background.
+    pub files: Vec<PathBuf>,
     /// Content hash of the scene as it was read, with its settings (hexadecimal).
     pub hash: String,
 }
