@@ -146,6 +146,19 @@ fn a_closed_pipe_is_not_an_error() {
     }
 }
 
+/// Expected: nobody reads the table; the files are written all the same.
+#[test]
+fn bench_particles_writes_its_files_where_nobody_reads_the_table() {
+    let bench = Bench::new();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = bench.command("bench particles --counts 10,20 --repeat 1 --csv a.csv --json a.json");
+    let output = command.stdout(writer).stderr(Stdio::piped()).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&bench.read("a.csv")).lines().count(), 3);
+    assert_eq!(bench.json("a.json")["rows"].as_array().map(Vec::len), Some(2));
+}
+
 /// Expected: whoever reads the messages may go; the work goes on.
 #[cfg(unix)]
 #[test]
