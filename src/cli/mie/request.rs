@@ -26,7 +26,8 @@ fn scatterer(args: &MieArgs, typed: &Folder) -> anyhow::Result<Scatterer> {
     let m = index(args, typed)?;
     let wavelength_m = wavelength_m(args);
     if let Some(text) = &args.distribution {
-        let distribution = SizeDistribution::parse(text, &|name| typed.read_typed_text(name)).context("--distribution")?;
+        let distribution =
+            SizeDistribution::parse(text, &|name| typed.read_typed_text(name)).context("--distribution")?;
         return Scatterer::cloud(distribution, wavelength_m, m)
             .with_context(|| format!("--distribution {text} at {}", nm(wavelength_m)));
     }
