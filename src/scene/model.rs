@@ -131,7 +131,8 @@ pub struct Scene {
     pub name: String,
     /// Droplets and parcels.
     pub particles: Vec<Particle>,
-    /// Balls of fog among the particles that wait for [`Scene::fill_fog`]; empty where all are given by number.
+    /// Balls of fog among the particles that wait for [`Scene::fill_fog`], in the order of particles; empty where all are given by
+    /// number.
     pub fog_balls: Vec<FogBalls>,
     /// Fog boxes.
     pub fog_boxes: Vec<FogBox>,
