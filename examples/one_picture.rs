@@ -41,6 +41,7 @@ pub fn draw(exr_path: &Path, png_path: &Path, spp: u32) -> Result<(), Box<dyn Er
         fog_boxes: Vec::new(),
         hash: String::new(),
         warnings: Vec::new(),
+        files: Vec::new(),
         camera,
         settings,
     };

@@ -178,6 +178,15 @@ fn inspect_understands_every_test_scene() {
         let json: Value = serde_json::from_str(&bench.ok(&format!("inspect {scene} --json"))).expect("JSON");
         assert_eq!(json["droplets"], 64, "{name}");
         assert!(json["optical_depth"]["across"].as_f64().is_some_and(|depth| depth > 0.0), "{name}");
+        // One depth, said twice; and a word for each number.
+        let seen = json["optical_depth"]["seen"].as_f64().map(mie_cloud::units::short::number).unwrap_or_default();
+        assert_says(
+            &said,
+            &[&format!("optical depth about {seen} along"), &format!("about {seen} along the camera's rays, about ")],
+        );
+        for (name, depth) in json["optical_depth"].as_object().expect("depths").iter().filter(|(_, v)| v.is_number()) {
+            assert!(json["optical_depth"]["meaning"][name].is_string(), "{name} {depth}");
+        }
         assert_eq!(json["effects"].as_object().map(serde_json::Map::len), Some(Effect::ALL.len()));
         assert_eq!(
             json["hash"].as_str().map(str::len).filter(|length| *length >= 16),
@@ -350,6 +359,10 @@ fn spectral_channels_hold_every_wavelength() {
         assert!(channel.name.ends_with("nm"), "{}", channel.name);
         assert!(channel.values.iter().any(|value| *value > 0.0), "{}", channel.name);
     }
+    // Two channels of one name cannot be: said before the render, not after it.
+    let said = bench
+        .fails(2, "render cloud.glb -o b.exr -q --set spectral.mode=rgb:550nm,550nm,450nm --spectral --spp 1000000");
+    assert_says(&said, &["--spectral", "S0.550,000000nm", "spectral.mode"]);
     assert!(picture.attribute("spectralLayoutVersion").is_some(), "{:?}", picture.attributes);
 }
 
@@ -425,6 +438,16 @@ fn pictures_record_what_made_them() {
     assert!(recorded("mieCloud:scene").contains("cloud.glb"));
     assert!(recorded("mieCloud:settings").contains("atmosphere"));
     assert!(recorded("mieCloud:sceneHash").len() > 16);
+    assert!(recorded("mieCloud:order").contains("unlimited"));
+    bench.ok("render cloud.glb -o b.exr --spp 3 --seed 11 -q --effects -multiple,+shadows --order 2");
+    let picture = bench.picture("b.exr");
+    let Some(Attribute::Text(effects)) = picture.attribute("mieCloud:effects") else { panic!("effects are recorded") };
+    let effects: Vec<&str> = effects.split(',').collect();
+    assert!(
+        effects.contains(&"direct") && effects.contains(&"shadows") && !effects.contains(&"multiple"),
+        "{effects:?}"
+    );
+    assert_eq!(picture.attribute("mieCloud:order"), Some(&Attribute::Text("2".into())));
 }
 
 /// Of 12x8 pixels hundreds of samples are taken in the time that these tables take.

@@ -158,6 +158,19 @@ fn a_closed_pipe_is_not_an_error() {
     }
 }
 
+/// Expected: nobody reads the table; the files are written all the same.
+#[test]
+fn bench_particles_writes_its_files_where_nobody_reads_the_table() {
+    let bench = Bench::new();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = bench.command("bench particles --counts 10,20 --repeat 1 --csv a.csv --json a.json");
+    let output = command.stdout(writer).stderr(Stdio::piped()).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&bench.read("a.csv")).lines().count(), 3);
+    assert_eq!(bench.json("a.json")["rows"].as_array().map(Vec::len), Some(2));
+}
+
 /// Expected: whoever reads the messages may go; the work goes on.
 #[cfg(unix)]
 #[test]
@@ -225,7 +238,7 @@ fn targets_that_may_not_be_written_are_kept() {
 #[test]
 fn clouds_that_cannot_be_generated_are_usage_errors() {
     let bench = Bench::new();
-    let cases: [(&str, &[&str]); 10] = [
+    let cases: [(&str, &[&str]); 18] = [
         ("--shape bal", &["--shape", "ball"]),
         ("--size 2", &["--size", "unit"]),
         ("--size 1m,2m", &["size"]),
@@ -236,6 +249,14 @@ fn clouds_that_cannot_be_generated_are_usage_errors() {
         ("--liquid-water 0.3g/m3 --optical-depth 1", &["--liquid-water", "--optical-depth"]),
         ("--as spheres", &["--as", "points", "instances"]),
         ("--set atmosphere.step_m.x=2", &["--set", "did you mean `atmosphere.step_m`"]),
+        ("--set droplets.distribution=mono:r=50um", &["--set droplets.distribution", "--distribution"]),
+        ("--shape cumulus --size 1km,1mm,1km", &["cumulus", "10 times", "slab"]),
+        ("--shape cumulus --size 10m,200m,10m", &["20 times"]),
+        ("--camera-position 1e13m,0m,0m --look-at 0m,0m,0m", &["camera", "1e12 m"]),
+        ("--yfov 1e-300", &["camera", "1e12 m", "field of view"]),
+        ("--kind droplets --optical-depth 1e-300", &["1e-10 m", "--count"]),
+        ("--kind droplets --size 1nm", &["raise `--size`\n"]),
+        ("--shape droplet --size 1nm --kind parcels", &["droplets"]),
     ];
     for (flags, parts) in cases {
         assert_says(&bench.fails(2, &format!("generate -o a.glb {flags}")), parts);
@@ -252,6 +273,41 @@ fn generate_checks_the_settings_that_it_writes() {
     let said = bench.fails(2, "generate -o a.glb --count 2 --set atmosphere.step=1");
     assert_says(&said, &["--set", "atmosphere.step", "atmosphere.step_m"]);
     assert!(!bench.path("a.glb").exists());
+    // What was checked is what is written: with its prefix, as objects one after the other, as numbers.
+    bench.ok("generate -o a.gltf --count 2 -q --optical-depth 1 --set mie_cloud.accuracy.target=0.2 --set atmosphere={\"step_m\":0.5} \
+         --set atmosphere={\"depth_m\":5} --set background.radiance=1");
+    bench.ok("inspect a.gltf");
+    let settings = &bench.json("a.gltf")["scenes"][0]["extras"]["mie_cloud"];
+    assert_eq!(settings["accuracy"], serde_json::json!({ "target": 0.2 }));
+    assert_eq!(settings["atmosphere"], serde_json::json!({ "step_m": 0.5, "depth_m": 5 }));
+    assert_eq!(settings["background"]["radiance"], 1);
+}
+
+/// The material that `--set` names is that of the optical depth: what is written is what `inspect` and a render find.
+#[test]
+fn generate_fills_clouds_of_the_material_that_it_writes() {
+    let bench = Bench::new();
+    bench.ok(
+        "generate -o a.gltf --count 50 -q --optical-depth 2 --shape slab --size 10m,1m,10m --distribution mono:r=5um",
+    );
+    bench.ok(
+        "generate -o b.gltf --count 50 -q --optical-depth 2 --shape slab --size 10m,1m,10m --distribution mono:r=5um \
+         --set droplets.material=n=1.01,k=0",
+    );
+    let droplets = |name: &str| {
+        let made = bench.json(name)["asset"]["extras"]["mie_cloud_generator"]["made"].clone();
+        assert!((made["optical_depth"].as_f64().unwrap_or(0.0) - 2.0).abs() < 1e-9, "{made}");
+        made["droplets"].as_f64().expect("a number")
+    };
+    // Extinction efficiencies at 550 nm by `mie`: of water, and of what hardly differs from air.
+    let q_ext = |index: &str| -> f64 {
+        let json = bench.ok(&format!("mie --radius 5um --wavelength 550nm {index} --format json"));
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        json["q_ext"].as_f64().unwrap_or_else(|| panic!("{json}"))
+    };
+    let expected = q_ext("--material water") / q_ext("--index 1.01,0");
+    let found = droplets("b.gltf") / droplets("a.gltf");
+    assert!(expected > 2.0 && (found / expected - 1.0).abs() < 1e-6, "{found} against {expected}");
 }
 
 /// Expected: a file that outgrows `ulimit -f` is an error of its write: named, the old file kept, no half one left.
@@ -321,3 +377,65 @@ fn droplets_beyond_mie_theory_are_named() {
         "generate -o a.glb --count 10 --size 1km --kind droplets --distribution mono:r=80mm --optical-depth 0.1 -q",
     );
 }
+
+/// What a command reads is never what it writes: buffers, tables and pictures that a scene names, too.
+#[test]
+fn outputs_never_replace_inputs_or_each_other() {
+    let bench = Bench::with_cloud();
+    // A droplet whose buffer, background and material are files of their own.
+    let settings =
+        r#""extras": { "mie_cloud": { "background.image": "meadow.exr", "droplets.material": "glass.csv" } }"#;
+    bench.write("lone.gltf", &POINT.replace(r#""nodes": [0]"#, &format!(r#""nodes": [0], {settings}"#)));
+    bench.ok("render cloud.glb -o meadow.exr --spp 1 -q");
+    bench.write("glass.csv", "wavelength_nm,n,k\n300,1.5,0\n900,1.5,0\n");
+    let numbers = [0.0_f32, 0.0, 0.0, 0.5].map(f32::to_le_bytes).concat();
+    std::fs::write(bench.path("data.bin"), numbers).expect("written");
+    bench.ok("inspect lone.gltf");
+    let before = bench.files();
+    let cases = [
+        ("render lone.gltf -o meadow.exr", "--output meadow.exr: is read by the scene"),
+        ("render lone.gltf -o ./data.bin", "--output ./data.bin: is read by the scene"),
+        ("render lone.gltf -o a.exr --stats data.bin", "--stats data.bin: is read by the scene"),
+        ("render lone.gltf -o a.exr --checkpoint glass.csv", "glass.csv"),
+        (
+            "render cloud.glb -o a.exr --set background.image=meadow.exr --stats meadow.exr",
+            "--stats meadow.exr: is read by the scene",
+        ),
+        ("bench effects cloud.glb --json cloud.glb", "--json cloud.glb: is the scene itself"),
+        ("bench effects lone.gltf --csv data.bin", "--csv data.bin: is read by the scene"),
+        ("bench effects cloud.glb --csv x --json ./x", "--csv and --json both name ./x"),
+        ("bench accuracy cloud.glb --csv cloud.glb", "--csv cloud.glb: is the scene itself"),
+        ("bench accuracy cloud.glb --reference meadow.exr --json meadow.exr", "--json meadow.exr: is the reference"),
+        ("bench particles --counts 10 --repeat 1 --csv x --json x", "--csv and --json both name x"),
+        ("mie --radius 5um --material glass.csv -o glass.csv", "--output glass.csv: is read as a table"),
+        ("mie --radius 5um -o x --plot ./x", "--output and --plot both name ./x"),
+    ];
+    for (line, part) in cases {
+        assert_says(&bench.fails(2, line), &[part]);
+    }
+    assert!(bench.files() == before, "every file is as it was, and none is new");
+    // Devices may be read and written.
+    bench.ok("mie --radius 5um -o /dev/null --plot /dev/null");
+}
+
+/// A ball of fog whose droplets no number counts is named, not rendered as one of infinitely many.
+#[test]
+fn balls_of_fog_with_more_droplets_than_can_be_counted_are_named() {
+    let bench = Bench::new();
+    let numbers = [0.0_f32, 0.0, 0.0, 1e11].map(f32::to_le_bytes).concat();
+    std::fs::write(bench.path("data.bin"), numbers).expect("written");
+    let marks = r#""kind": "fog", "extinction_per_m": 1e12, "distribution": "mono:r=0.01um""#;
+    let scene = POINT.replace(r#""mesh": 0"#, &format!(r#""mesh": 0, "extras": {{ "mie_cloud": {{ {marks} }} }}"#));
+    bench.write("fog.gltf", &scene);
+    let said = bench.fails(3, "render fog.gltf -o a.exr --spp 1 --resolution 4x4");
+    assert_says(&said, &["particle 0", "3e38", "density"]);
+}
+
+/// A droplet whose position and radius lie in `data.bin`.
+const POINT: &str = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
+    "nodes": [{ "mesh": 0 }],
+    "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "_RADIUS": 1 }, "mode": 0 }] }],
+    "buffers": [{ "uri": "data.bin", "byteLength": 16 }],
+    "bufferViews": [{ "buffer": 0, "byteLength": 12 }, { "buffer": 0, "byteOffset": 12, "byteLength": 4 }],
+    "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 1, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0] },
+        { "bufferView": 1, "componentType": 5126, "count": 1, "type": "SCALAR" }] }"#;

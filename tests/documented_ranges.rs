@@ -26,7 +26,7 @@ fn range(text: &str) -> Option<Range> {
 }
 
 fn accepts<T: Default>(key: &Key<T>, value: f64) -> bool {
-    (key.set)(&mut T::default(), &Given { value: &json!(value), folder: &Folder::User }).is_ok()
+    (key.set)(&mut T::default(), &Given { value: &json!(value), folder: &Folder::of_user() }).is_ok()
 }
 
 /// Checks every numeric key of a table; returns how many there are.

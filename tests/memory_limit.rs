@@ -134,6 +134,7 @@ fn in_any_address_space_there_is_an_answer() {
         "render cloud.glb -o b.exr --resolution 65536x65536 --memory-limit 900GB",
         "generate -o b.glb --count 1e8",
         "bench particles --counts 1e9",
+        "paper --resolution 20000x20000",
     ] {
         let output = confined(&bench, 1000, line);
         assert_eq!(output.status.code(), Some(1), "{line}: {}", text(&output.stderr));

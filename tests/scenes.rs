@@ -462,6 +462,17 @@ fn cameras_come_first_or_by_name() -> Outcome {
     assert!(warned(&scene, "--camera"));
     let scene = gltf.load(&LoadOptions { camera: Some("B".into()), ..options() })?;
     assert_eq!(scene.camera.lens, Lens::Orthographic { xmag_m: 2.0, ymag_m: 1.0 });
+    // The picture is 640x360, 16 to 9, and the view 2 to 1.
+    assert!(
+        warned(&scene, "camera B: xmag and ymag") && warned(&scene, "stretched 0.889 times"),
+        "{:?}",
+        scene.warnings
+    );
+    assert!(warned(&scene, "image.resolution to 640x320"), "{:?}", scene.warnings);
+    for resolution in [[640, 320], [200, 101]] {
+        let options = LoadOptions { camera: Some("B".into()), resolution: Some(resolution), ..options() };
+        assert!(!warned(&gltf.load(&options)?, "stretched"), "{resolution:?}");
+    }
     let text = failure(gltf.load(&LoadOptions { camera: Some("C".into()), ..options() }));
     assert!(text.contains("A, B"), "{text}");
     Ok(())
@@ -553,6 +564,43 @@ fn attributes_that_are_not_read_are_named_with_the_ones_that_were_meant() -> Out
         "{:?}",
         scene.warnings
     );
+    Ok(())
+}
+
+/// Marks and attributes that nothing reads are slips: each kind is named once, with the first node.
+#[test]
+fn what_is_said_in_vain_is_named_once() -> Outcome {
+    let mut gltf = three_points();
+    let cube = cube_mesh(&mut gltf);
+    let points = gltf.json["meshes"][0].clone();
+    gltf.json["meshes"] = json!([points, cube]);
+    let translation = gltf.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 5.0, 0.0]);
+    let count = gltf.floats("SCALAR", &[5.0, 7.0]);
+    let attributes = json!({ "TRANSLATION": translation, "_DROPLET_COUNT": count });
+    let say = |marks: Value| json!({ "mie_cloud": marks });
+    gltf.json["nodes"] = json!([
+        { "name": "Twice", "mesh": 0, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } } },
+        { "name": "Box", "mesh": 1, "extras": say(json!({ "kind": "fog", "number_per_m3": 1e6, "droplet_count": 3 })) },
+        { "name": "Lamp", "extras": say(json!({ "spectrum": "d65", "angular_diameter_deg": 1 })) },
+        { "name": "Parent", "extras": say(json!({ "material": "ice" })) },
+        { "name": "Parents", "extras": say(json!({ "droplet_count": 2 })) },
+        { "name": "Fine", "mesh": 0, "extras": say(json!({ "droplet_count": 2 })) },
+    ]);
+    gltf.json["scenes"][0]["nodes"] = json!((0..6).collect::<Vec<_>>());
+    let scene = gltf.load(&options())?;
+    let parts = [
+        "\"Twice\"): those of the points are used",
+        "1 fog box with a density and a droplet_count (nodes[1] \"Box\")",
+        "1 node says something of a sun and has no light (nodes[2] \"Lamp\")",
+        "2 nodes say something of droplets and have no mesh (first nodes[3] \"Parent\")",
+    ];
+    for part in parts {
+        let n = scene.warnings.iter().filter(|w| w.to_string().contains(part)).count();
+        assert_eq!(n, 1, "{part}: {:?}", scene.warnings);
+    }
+    assert!(!warned(&scene, "Fine"));
+    // Three points at each of two instances, each alone, and three parcels.
+    assert_eq!(scene.particles.iter().filter(|p| p.count == 1.0).count(), 6);
     Ok(())
 }
 

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use super::bench_args::AccuracyArgs;
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::limits::cache_folder;
-use super::measured::{check_outputs, percent, trial, write_json};
+use super::measured::{percent, trial, write_json};
 use super::progress::Verbosity;
 use super::render::in_thread_pool;
 use super::scene::print_warnings;
@@ -24,9 +25,13 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Failure> {
 }
 
 fn run_here(args: &AccuracyArgs) -> Result<u8, Failure> {
-    check_outputs([&args.measure.csv, &args.measure.json, &args.plot])?;
+    let files = [("--csv", &args.measure.csv), ("--json", &args.measure.json), ("--plot", &args.plot)];
+    let outputs = Outputs::new(files.map(|(flag, path)| (flag, path.as_ref())));
+    outputs.spare_scene(&args.measure.scene.scene)?;
+    outputs.spare("is the reference", &args.reference)?;
+    outputs.check(Existing::Replace)?;
     let external = external(args)?;
-    let trial = trial(&args.measure)?;
+    let trial = trial(&args.measure, &outputs)?;
     let cache = if args.measure.no_cache { None } else { cache_folder() };
     let setup =
         Setup { spp: args.measure.spp, seed: args.measure.seed, cache: cache.as_deref(), targets: &args.targets };

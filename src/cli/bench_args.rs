@@ -58,6 +58,9 @@ pub struct AccuracyArgs {
     /// Knobs, separated by commas: spp, bands, size_bins, angle_tolerance, peak_truncation,
     /// size_parameter_cap, march_step, glow_tolerance, order, phase, target
     /// [default: all that matter in the scene]
+    ///
+    /// The knob `phase` changes all droplets; the flag `--set droplets.phase=` that stands for it in the table does not reach meshes
+    /// with a `phase` of their own.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub knobs: Vec<Knob>,
     /// Targets of the knob `target`, separated by commas

@@ -3,9 +3,10 @@
 use std::io::Write;
 
 use super::bench_args::EffectsArgs;
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::limits::cache_folder;
-use super::measured::{check_outputs, percent, trial, write_json};
+use super::measured::{percent, trial, write_json};
 use super::render::in_thread_pool;
 use super::wrapped::beside;
 use crate::image::file::{Existing, write_atomically};
@@ -20,8 +21,10 @@ pub fn run(args: &EffectsArgs) -> Result<u8, Failure> {
 
 fn run_here(args: &EffectsArgs) -> Result<u8, Failure> {
     let EffectsArgs { measure: args, repeat, to_target } = args;
-    check_outputs([&args.csv, &args.json])?;
-    let trial = trial(args)?;
+    let outputs = Outputs::new([("--csv", args.csv.as_ref()), ("--json", args.json.as_ref())]);
+    outputs.spare_scene(&args.scene.scene)?;
+    outputs.check(Existing::Replace)?;
+    let trial = trial(args, &outputs)?;
     let cache = if args.no_cache { None } else { cache_folder() };
     let setup =
         Setup { spp: args.spp, seed: args.seed, cache: cache.as_deref(), repeat: *repeat, to_target: *to_target };

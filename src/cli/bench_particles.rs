@@ -6,9 +6,10 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::BenchParticlesArgs;
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::limits::peak_rss_bytes;
-use super::measured::{check_outputs, write_json};
+use super::measured::write_json;
 use super::memory::MemoryLimit;
 use super::render::in_thread_pool;
 use super::say::say;
@@ -31,7 +32,8 @@ pub fn run(args: &BenchParticlesArgs) -> Result<u8, Failure> {
 }
 
 fn run_here(args: &BenchParticlesArgs) -> Result<u8, Failure> {
-    check_outputs([&args.csv, &args.json, &args.plot])?;
+    let files = [("--csv", &args.csv), ("--json", &args.json), ("--plot", &args.plot)];
+    Outputs::new(files.map(|(flag, path)| (flag, path.as_ref()))).check(Existing::Replace)?;
     // Counts that do not fit are refused before the first is measured, which may take long.
     let largest = args.counts.iter().copied().max().unwrap_or(0);
     MemoryLimit::new(args.memory_limit).check(&need(largest))?;
@@ -40,7 +42,8 @@ fn run_here(args: &BenchParticlesArgs) -> Result<u8, Failure> {
     let (setup, machine) = (Setup::default(), Machine::here());
     let measured = measure_all(args, &setup, &machine, &folder);
     let _ = std::fs::remove_dir_all(&folder);
-    let (rows, stopped) = measured?;
+    let Measured { rows, stopped, printed } = measured?;
+    // Files are written even where nobody reads the table.
     if let Some(path) = &args.csv {
         write_atomically(path, Existing::Replace, |out| write_csv(&rows, out)).map_err(Failure::other)?;
     }
@@ -54,16 +57,26 @@ fn run_here(args: &BenchParticlesArgs) -> Result<u8, Failure> {
         let svg = plot(&rows, &setup, &machine).map_err(Failure::other)?;
         write_atomically(path, Existing::Replace, |out| out.write_all(svg.as_bytes())).map_err(Failure::other)?;
     }
+    printed.map_err(Failure::other)?;
     Ok(0)
 }
 
-/// All rows, and where and why it stopped before the last count.
+/// What came of it.
+struct Measured {
+    rows: Vec<Row>,
+    /// Where and why it stopped before the last count.
+    stopped: Option<String>,
+    /// Whether the rows could be printed.
+    printed: std::io::Result<()>,
+}
+
+/// Measures one count after the other, and prints its row.
 fn measure_all(
     args: &BenchParticlesArgs,
     setup: &Setup,
     machine: &Machine,
     folder: &Path,
-) -> Result<(Vec<Row>, Option<String>), Failure> {
+) -> Result<Measured, Failure> {
     let [width, height] = setup.resolution;
     say!("{machine}");
     say!(
@@ -75,29 +88,30 @@ fn measure_all(
     );
     let mut counts = args.counts.clone();
     counts.sort_unstable();
-    let mut rows: Vec<Row> = Vec::new();
+    let (mut rows, mut printed, mut stopped) = (Vec::new(), Ok(()), None);
     for count in counts {
         if let Some(why) = refuse(count, args) {
             say!("stopped before {count} particles: {why}");
-            return finish(rows, Some(format!("before {count} particles: {why}")));
+            stopped = Some(format!("before {count} particles: {why}"));
+            break;
         }
         let runs = (0..args.repeat).map(|repeat| measure(count, setup, repeat, folder));
         let runs: Vec<Run> = runs.collect::<Result<_, _>>().map_err(Failure::other)?;
         let row = Row { count, runs, peak_rss_bytes: peak_rss_bytes() };
-        print_row(&row, rows.is_empty()).map_err(Failure::other)?;
+        printed = printed.and(print_row(&row, rows.is_empty()));
         rows.push(row);
     }
-    finish(rows, None)
+    say_same(&rows);
+    Ok(Measured { rows, stopped, printed })
 }
 
 /// Says whether the pictures are the same.
-fn finish(rows: Vec<Row>, stopped: Option<String>) -> Result<(Vec<Row>, Option<String>), Failure> {
-    let furthest = deviations(&rows).into_iter().fold(0.0f64, |a, b| if b.abs() > a.abs() { b } else { a });
+fn say_same(rows: &[Row]) {
+    let furthest = deviations(rows).into_iter().fold(0.0f64, |a, b| if b.abs() > a.abs() { b } else { a });
     if rows.len() > 1 {
         let same = if furthest.abs() <= SAME_WITHIN { "the same picture" } else { "NOT the same picture" };
         say!("{same} at each count: means differ by at most {:.1} standard errors from the last", furthest.abs());
     }
-    Ok((rows, stopped))
 }
 
 /// What a count takes: tables of the droplets' sizes, the picture and the program are 60 MB as measured.

@@ -1,17 +1,21 @@
 //! `mie-cloud generate`: a recipe in, a glTF file out.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, anyhow};
 use serde_json::{Map, Value};
 
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::generate_args::{FormName, GenerateArgs, KindName};
 use super::memory::MemoryLimit;
 use super::progress::Verbosity;
 use super::say::say;
 use super::scene::print_warnings;
-use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::image::file::{Existing, write_atomically};
 use crate::optics::distribution::SizeDistribution;
-use crate::scene::folder::{Folder, read_typed_text};
+use crate::optics::material::Material;
+use crate::scene::folder::Folder;
 use crate::scene::generate::{CameraPlacement, CloudShape, Content, Form, GenerateError, Recipe, View};
 use crate::scene::gltf::write::{Container, write};
 use crate::scene::keys::SETTINGS;
@@ -27,8 +31,10 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     let name = args.output.to_string_lossy();
     let container = Container::from_name(&name).map_err(Failure::usage)?;
-    check_writable(&args.output, existing).map_err(Failure::other)?;
-    let recipe = recipe(args)?;
+    let outputs = Outputs::new([("--output", Some(&args.output))]);
+    outputs.check(existing)?;
+    let (recipe, files) = recipe(args)?;
+    outputs.spare("is read for the cloud", files)?;
     let cloud = make_cloud(&recipe).map_err(|error| match error {
         GenerateError::Memory { .. } => Failure::other(error),
         _ => Failure::usage(error),
@@ -55,9 +61,12 @@ pub fn run(args: &GenerateArgs) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
+/// The recipe, and the files that it was read from.
+fn recipe(args: &GenerateArgs) -> Result<(Recipe, Vec<PathBuf>), Failure> {
+    let (typed, beside) = (Folder::of_user(), Folder::of_scene(&args.output));
+    let (settings, material) = settings(args, &beside)?;
     let shape = CloudShape::new(&args.shape, &args.size).map_err(Failure::usage)?;
-    let distribution = SizeDistribution::parse(&args.distribution, &read_typed_text)
+    let distribution = SizeDistribution::parse(&args.distribution, &|name| typed.read_typed_text(name))
         .context("--distribution")
         .map_err(Failure::usage)?;
     let content = match (args.liquid_water, args.optical_depth) {
@@ -67,8 +76,9 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
     };
     let camera = args.camera_position.zip(args.look_at);
     let defaults = Recipe::new(shape);
-    Ok(Recipe {
-        count: args.count,
+    let recipe = Recipe {
+        // A single droplet needs no count.
+        count: args.count.unwrap_or(if matches!(shape, CloudShape::Droplet { .. }) { 1 } else { defaults.count }),
         overlap: args.overlap.unwrap_or(defaults.overlap),
         kind: match args.kind {
             KindName::Droplets => ParticleKind::Droplet,
@@ -89,25 +99,39 @@ fn recipe(args: &GenerateArgs) -> Result<Recipe, Failure> {
             sun_azimuth_deg: args.sun_azimuth.unwrap_or(defaults.view.sun_azimuth_deg),
             ..defaults.view
         },
-        settings: settings(args)?,
+        material,
+        settings,
         memory_limit_bytes: MemoryLimit::new(args.memory_limit).bytes(),
         ..defaults
-    })
+    };
+    Ok((recipe, [typed.files(), beside.files()].concat()))
 }
 
-/// Nests dotted keys; values are JSON where they can be, text otherwise. A renderer will read them from the file's folder.
-fn settings(args: &GenerateArgs) -> Result<Map<String, Value>, Failure> {
+/// The settings of `--set`, nested as they are written, and the material that they leave droplets with. A renderer will read
+/// them from the file's folder.
+fn settings(args: &GenerateArgs, folder: &Folder) -> Result<(Map<String, Value>, Material), Failure> {
     let (mut root, mut read) = (Map::new(), Settings::default());
-    let folder = Folder::of_scene(&args.output);
     for (key, value) in &args.set {
-        entries_of_flag(key, value)
-            .and_then(|entries| apply(&mut read, &[SETTINGS], &entries, &folder, "--set"))
+        let entries = entries_of_flag(key, value)
+            .and_then(|entries| apply(&mut read, &[SETTINGS], &entries, folder, "--set").map(|()| entries))
             .map_err(|error| Failure::usage(error.in_file(&args.output)))?;
-        let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.clone()));
-        insert(&mut root, key, value)
-            .ok_or_else(|| Failure::usage(anyhow!("--set {key}: a part of this key is already a value")))?;
+        // What was checked is what is written.
+        for (key, value) in entries {
+            if key == "droplets.distribution" {
+                let error = anyhow!("--set {key}: droplets are drawn from `--distribution`, which the file then names");
+                return Err(Failure::usage(error));
+            }
+            insert(&mut root, &key, as_json(value))
+                .ok_or_else(|| Failure::usage(anyhow!("--set {key}: a part of this key is already a value")))?;
+        }
     }
-    Ok(root)
+    Ok((root, read.droplets.class.material))
+}
+
+/// Numbers and truths as such, other text as it is.
+fn as_json(value: Value) -> Value {
+    let read = value.as_str().and_then(|text| serde_json::from_str(text).ok());
+    read.filter(|read: &Value| read.is_number() || read.is_boolean()).unwrap_or(value)
 }
 
 fn insert(map: &mut Map<String, Value>, key: &str, value: Value) -> Option<()> {

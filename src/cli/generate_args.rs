@@ -38,11 +38,13 @@ pub struct GenerateArgs {
     #[arg(long, default_value = "ball", value_parser = PossibleValuesParser::new(CloudShape::NAMES), help_heading = "Cloud")]
     pub shape: String,
     /// Diameter or edge with its unit, or the three edges x, y (up), z: 2m or 20m,2m,20m
+    ///
+    /// A cumulus or a puff may be up to ten times as long as its shortest side.
     #[arg(long, value_name = "L[,L,L]", default_value = "1m", value_parser = length, value_delimiter = ',', num_args = 1, allow_hyphen_values = true, help_heading = "Cloud")]
     pub size: Vec<f64>,
-    /// Number of droplets or parcels
-    #[arg(long, value_name = "N", default_value = "10000", value_parser = parse_count, help_heading = "Cloud")]
-    pub count: u64,
+    /// Number of droplets or parcels [default: 10000]
+    #[arg(long, value_name = "N", value_parser = parse_count, help_heading = "Cloud")]
+    pub count: Option<u64>,
     /// Single droplets, or balls of fog
     #[arg(long, default_value = "parcels", help_heading = "Cloud")]
     pub kind: KindName,

@@ -82,8 +82,13 @@ fn to_json(
             "phase": class.phase.to_string(),
             "albedo": class.albedo,
         })).collect::<Vec<_>>(),
-        "optical_depth": { "across": facts.optical_depth, "deepest": facts.deepest_optical_depth,
-            "seen": depths.mean, "deepest_seen": depths.deepest },
+        "optical_depth": { "seen": depths.mean, "deepest_seen": depths.deepest, "across": facts.optical_depth,
+            "deepest": facts.deepest_optical_depth, "meaning": {
+                "seen": "about, mean over the camera's rays that meet droplets",
+                "deepest_seen": "about, the largest along the camera's rays on a coarse grid",
+                "across": "rough: extinction over the mean shadow of the box around all particles, and every fog box along its diagonal",
+                "deepest": "rough: across, along the longest way through that box; no ray is deeper",
+            } },
         "suns": scene.suns.iter().map(|sun| json!({
             "name": sun.name, "direction": sun.direction.to_array(), "lux": sun.lux, "color": sun.color,
         })).collect::<Vec<_>>(),

@@ -61,7 +61,7 @@ impl Seen<'_> {
         if deepest == 0.0 {
             return "the camera sees no droplet: does it look their way?".into();
         }
-        format!("about {} along the camera's rays, {} at most", number(mean), number(deepest))
+        format!("about {} along the camera's rays, about {} at most", number(mean), number(deepest))
     }
 
     fn air(&self) -> String {

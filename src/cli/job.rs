@@ -9,11 +9,12 @@ use super::identity::{About, identity};
 use super::output::{Recipe, Wishes};
 use super::progress::Verbosity;
 use super::scene::load_scene;
+use crate::image::spectral::channel_name;
 use crate::plan::{self, EffectPlan};
 use crate::scene::model::Scene;
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::study::trial::{MOST_SPP, STANDARD_TARGET};
-use crate::transport::{RenderRequest, Until};
+use crate::transport::{RenderRequest, Spectral, Until};
 use crate::warning::Warning;
 
 /// Samples per pixel when nothing asks for an accuracy.
@@ -50,6 +51,7 @@ pub fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
     let accuracy = scene.settings.accuracy.target;
     let (target, sampling) = target_and_sampling(&scene);
     check_absolute(args, &sampling)?;
+    check_spectral(&wishes, &sampling)?;
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     scene.warnings.extend(plan.warnings());
     let request = RenderRequest {
@@ -59,7 +61,7 @@ pub fn understand(args: &RenderArgs) -> Result<(Scene, Job), Failure> {
         layers: wishes.film_layers(),
         spectral: wishes.spectral,
     };
-    let recipe = Recipe::new(&scene, &sampling, &request, &wishes);
+    let recipe = Recipe::new(&scene, (&plan, args.order), &sampling, &request, &wishes);
     let identity = identity(&scene, &sampling, &plan, &request, (target, args.order)).map_err(Failure::scene)?;
     let about = About { identity, recipe, part: None };
     let (camera, scene_warnings) = (scene.camera.name.clone(), scene.warnings.clone());
@@ -93,6 +95,21 @@ fn check_absolute(args: &RenderArgs, sampling: &SpectralSampling) -> Result<(), 
         )));
     }
     Ok(())
+}
+
+/// One channel of the picture is named after each wavelength.
+fn check_spectral(wishes: &Wishes, sampling: &SpectralSampling) -> Result<(), Failure> {
+    if wishes.spectral == Spectral::Discard {
+        return Ok(());
+    }
+    let names: Vec<String> = sampling.wavelengths_m.iter().map(|m| channel_name(m * 1e9)).collect();
+    match names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+        None => Ok(()),
+        Some((_, name)) => Err(Failure::usage(anyhow!(
+            "--spectral needs wavelengths that differ: {} has two of the channel `{name}`; change spectral.mode, or leave out --spectral",
+            sampling.mode()
+        ))),
+    }
 }
 
 fn until(args: &RenderArgs, accuracy: Option<f64>) -> Until {

@@ -5,21 +5,23 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::bench_args::MeasureArgs;
+use super::claims::Outputs;
 use super::failure::Failure;
 use super::memory::MemoryLimit;
 use super::progress::Verbosity;
 use super::scene::{load_scene, print_warnings};
-use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::image::file::{Existing, write_atomically};
 use crate::spectrum::SpectralSampling;
 use crate::study::difference::Difference;
 use crate::study::trial::Trial;
 use crate::transport::need::{Held, Need};
 use crate::transport::{RenderRequest, Spectral, Until};
 
-/// The scene as the arguments have it.
-pub fn trial(args: &MeasureArgs) -> Result<Trial, Failure> {
+/// The scene as the arguments have it, none of whose files is an output.
+pub fn trial(args: &MeasureArgs, outputs: &Outputs) -> Result<Trial, Failure> {
     let effects = super::effects::chosen(args.scene.effects.as_deref())?;
     let mut scene = load_scene(&args.scene, Some(args.resolution))?;
+    outputs.spare_files(&scene.files)?;
     print_warnings(&scene.warnings, Verbosity::Normal);
     if args.accuracy.is_some() {
         scene.settings.accuracy.target = args.accuracy;
@@ -49,12 +51,6 @@ fn trial_need(trial: &Trial, args: &MeasureArgs) -> Need {
     let pictures = u64::from(width) * u64::from(height) * 24 * PICTURES;
     need.add("pictures to compare", pictures, "lower --resolution");
     need
-}
-
-/// Outputs are checked before any work is done.
-pub fn check_outputs<'a>(paths: impl IntoIterator<Item = &'a Option<PathBuf>>) -> Result<(), Failure> {
-    let mut checks = paths.into_iter().flatten().map(|path| check_writable(path, Existing::Replace));
-    checks.try_for_each(|check| check.map_err(Failure::other))
 }
 
 /// Writes a report as JSON, where a file is named.

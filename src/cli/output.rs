@@ -11,6 +11,7 @@ use super::values::promises_other;
 use crate::film::{Film, Layer, Wanted, develop};
 use crate::image::file::{Existing, write_atomically};
 use crate::image::{Attribute, Frame, Picture, exr, png, spectral};
+use crate::plan::EffectPlan;
 use crate::scene::model::Scene;
 use crate::spectrum::{SpectralMode, SpectralSampling};
 use crate::suggest::no_such;
@@ -95,8 +96,14 @@ impl Recipe {
         Self { wanted: vec!["samples".into()], wavelengths_nm: Vec::new(), ..self.clone() }
     }
 
-    /// Version, scene, settings and seed, and what is wished.
-    pub fn new(scene: &Scene, sampling: &SpectralSampling, request: &RenderRequest, wishes: &Wishes) -> Self {
+    /// Version, scene, settings, effects, orders of scattering and seed, and what is wished.
+    pub fn new(
+        scene: &Scene,
+        (plan, order): (&EffectPlan, Option<u32>),
+        sampling: &SpectralSampling,
+        request: &RenderRequest,
+        wishes: &Wishes,
+    ) -> Self {
         let [x, y, _, _] = request.crop;
         let [full_width, full_height] = scene.settings.image.resolution;
         let attributes = [
@@ -106,6 +113,8 @@ impl Recipe {
             ("mieCloud:sceneHash", scene.hash.clone()),
             ("mieCloud:settings", scene.settings.to_json().to_string()),
             ("mieCloud:spectralMode", sampling.mode().to_string()),
+            ("mieCloud:effects", effects_on(plan)),
+            ("mieCloud:order", order.map_or_else(|| "unlimited".into(), |order| order.to_string())),
             ("mieCloud:seed", request.seed.to_string()),
         ];
         let white = sampling.white_luminance_cd_m2(scene.suns.iter().map(|sun| sun.lux).sum());
@@ -124,6 +133,12 @@ impl Recipe {
             irradiance: sampling.reference_irradiance(scene.settings.sun.irradiance),
         }
     }
+}
+
+/// Names of the effects that were simulated, whether asked for or planned.
+fn effects_on(plan: &EffectPlan) -> String {
+    let on = plan.decisions.iter().filter(|decision| decision.on).map(|decision| decision.effect.name());
+    on.collect::<Vec<_>>().join(",")
 }
 
 /// The name of the scene's file without its folder: each machine keeps it elsewhere, and the picture must not tell.

@@ -7,11 +7,13 @@ use anyhow::{Context, anyhow};
 
 use super::args::PaperArgs;
 use super::failure::Failure;
+use super::memory::MemoryLimit;
 use super::render::in_thread_pool;
 use super::say::say;
 use crate::image::file::{Existing, check_writable, write_atomically};
 use crate::image::{exr, png};
 use crate::paper::{self, FIGURES, Figure, Method, Study, contact_sheet};
+use crate::transport::need::Need;
 
 const SHEET: &str = "contact.png";
 const CSV: &str = "table.csv";
@@ -25,6 +27,7 @@ pub fn run(args: &PaperArgs) -> Result<u8, Failure> {
 fn run_here(args: &PaperArgs) -> Result<u8, Failure> {
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     let folder = args.output.as_path();
+    MemoryLimit::new(None).check(&need(args))?;
     prepare_folder(folder, existing)?;
     let studies = make_all(args)?;
     let text = paper::text(&studies).map_err(Failure::other)?;
@@ -34,6 +37,19 @@ fn run_here(args: &PaperArgs) -> Result<u8, Failure> {
     }
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(Failure::other)?;
     Ok(0)
+}
+
+/// All pictures are kept for the sheet.
+fn need(args: &PaperArgs) -> Need {
+    /// The scenes' own size.
+    const OWN: [u32; 2] = [320, 180];
+    /// Thirty pictures of three or four channels, the sheet, and one film (measured: 890).
+    const BYTES_PER_PIXEL: u64 = 960;
+    let [width, height] = args.resolution.unwrap_or(OWN);
+    let mut need = Need::of_program();
+    let bytes = u64::from(width) * u64::from(height) * BYTES_PER_PIXEL;
+    need.add(format!("{} pictures of {width}x{height} pixels", pictures().count()), bytes, "lower --resolution");
+    need
 }
 
 /// Makes the output's folder if it is not there, and checks every file before any work is done.

@@ -8,7 +8,7 @@ use anyhow::Context;
 use super::args::RenderArgs;
 use super::busy::Busy;
 use super::checkpoint::{self, Checkpoints};
-use super::claims::check_outputs;
+use super::claims::{self, check_outputs};
 use super::failure::{Failure, INTERRUPTED};
 use super::interrupt::Interrupts;
 use super::job::{Job, understand, verbosity};
@@ -49,6 +49,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     check_outputs(args, existing)?;
     let busy = Busy::with("reading the scene", verbosity(args));
     let (scene, job) = understand(args)?;
+    claims::outputs(args).spare_files(&scene.files)?;
     drop(busy);
     seconds.load = watch.lap();
     print_warnings(&scene.warnings, job.verbosity);

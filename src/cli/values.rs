@@ -99,7 +99,7 @@ pub fn parse_accuracy(text: &str) -> Result<f64, String> {
     accuracy_level(text).ok_or_else(|| {
         let names = ACCURACY_NAMES.map(|(name, _)| name);
         let hint = did_you_mean(text, names);
-        format!("{} or a number between 0 and 1 is needed{hint}", names.join(", "))
+        format!("{} or a number above 0 and at most 1 is needed{hint}", names.join(", "))
     })
 }
 
@@ -135,7 +135,8 @@ pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     let (first, last) = (block_of(start), block_of(end));
     let starts = [first.start, if first.start == start { start } else { first.end }];
     let ends = [last.start, if last.start == end { end } else { last.end }];
-    let mut allowed: Vec<[u32; 2]> = starts.iter().flat_map(|a| ends.map(|b| [*a, b])).filter(|[a, b]| a < b).collect();
+    let mut allowed: Vec<[u32; 2]> =
+        starts.iter().flat_map(|a| ends.map(|b| [*a, b])).filter(|[a, b]| a < b && is_whole(&(*a..*b))).collect();
     allowed.sort_unstable();
     allowed.dedup();
     let allowed: Vec<String> = allowed.iter().map(|[a, b]| format!("{a}..{b}")).collect();
@@ -192,6 +193,10 @@ mod tests {
         assert!(said("3..9").ends_with("2..8, 2..12, 4..8, 4..12"), "{}", said("3..9"));
         assert!(said("5..7").ends_with("4..8"), "{}", said("5..7"));
         assert!(said("0..5").ends_with(": 0..4, 0..8"), "{}", said("0..5"));
+        // The last block ends where numbers do: nothing that is proposed is refused.
+        let last = said("0..4294967295");
+        let proposed = last.rsplit(": ").next().unwrap_or_default().split(", ");
+        assert!(proposed.clone().count() > 0 && proposed.clone().all(|text| parse_samples(text).is_ok()), "{last}");
         for text in ["", "64", "..", "4..2", "4..4", "-1..4", "0..1e3"] {
             assert!(parse_samples(text).is_err(), "{text}");
         }

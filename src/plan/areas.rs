@@ -42,7 +42,9 @@ impl BodyAreas {
     /// Extinction cross section of a particle, m^2.
     pub fn of_particle(&self, scene: &Scene, index: usize) -> f64 {
         let particle = &scene.particles[index];
-        match scene.fog_balls.iter().find(|balls| balls.particles.contains(&index)) {
+        // Runs follow each other in the order of particles.
+        let run = scene.fog_balls.partition_point(|balls| balls.particles.end <= index);
+        match scene.fog_balls.get(run).filter(|balls| balls.particles.contains(&index)) {
             Some(balls) => self.of_fog_ball(scene, particle, balls.density),
             None => self.of_known(particle),
         }

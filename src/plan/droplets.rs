@@ -15,7 +15,11 @@ pub(super) fn direct(facts: &SceneFacts) -> Estimate {
     }
     let parts = &facts.parts;
     let most = parts.droplets_rms / parts.surroundings_least;
-    (most.is_finite().then_some(most), format!("optical depth about {}", number(facts.optical_depth)))
+    let reason = match facts.seen_depth > 0.0 {
+        true => format!("optical depth about {} along the camera's rays", number(facts.seen_depth)),
+        false => "the camera's rays meet no droplet".into(),
+    };
+    (most.is_finite().then_some(most), reason)
 }
 
 /// Light that droplets scatter meets droplets again, theory (101), as does what they scatter of the background.

@@ -26,7 +26,10 @@ pub struct SceneFacts {
     pub largest_size_parameter: f64,
     /// Whether droplets are so alike, or seen one by one, that the fringes of one radius stay.
     pub has_fringes: bool,
-    /// Mean optical depth across the cloud: extinction area over projected area.
+    /// Mean optical depth along the camera's rays that meet droplets, on a coarse grid; 0 where none does.
+    pub seen_depth: f64,
+    /// Mean optical depth across the cloud: extinction area over the mean shadow of the box around all particles, and all of every
+    /// fog box along its diagonal.
     pub optical_depth: f64,
     /// Optical depth along the longest way through it.
     pub deepest_optical_depth: f64,

@@ -190,10 +190,10 @@ impl EffectPlan {
     }
 }
 
-/// A named accuracy level or a number between 0 and 1: the target relative error of the picture.
+/// A named accuracy level or a number above 0 and at most 1: the target relative error of the picture.
 pub fn accuracy_level(text: &str) -> Option<f64> {
     let named = ACCURACY_NAMES.iter().find(|(name, _)| *name == text).map(|(_, target)| *target);
-    named.or_else(|| text.parse().ok().filter(|target: &f64| *target > 0.0 && *target < 1.0))
+    named.or_else(|| text.parse().ok().filter(|target: &f64| *target > 0.0 && *target <= 1.0))
 }
 
 /// Number of spectral bands that an accuracy calls for where the scene names none.

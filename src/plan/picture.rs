@@ -6,6 +6,7 @@ use super::areas::BodyAreas;
 use super::facts::SceneFacts;
 use super::light::{Colour, Light, Parts, Seen};
 use super::phase_bounds::LARGE;
+use super::seen::SeenDepths;
 use super::shade::air_seen;
 use super::sources::Sources;
 use super::view::{Depths, Grid};
@@ -70,6 +71,7 @@ impl Picture {
         let over = |rms: f64, otherwise: f64| if cover > 0.0 { rms / cover } else { otherwise };
         let parts = self.parts(&scene.settings.atmosphere, &covers, [sunlit, deep, deepest]);
         SceneFacts {
+            seen_depth: SeenDepths::along(&self.seen.tau).mean,
             collisions: mean(&self.seen.collisions().collect::<Vec<f64>>()),
             cover,
             concentration: over(rms(&covers), 1.0).max(1.0),

@@ -17,11 +17,12 @@ impl SeenDepths {
     /// Of a scene.
     pub fn of(scene: &Scene) -> Self {
         let grid = Grid::of_camera(&scene.camera, scene.settings.image.resolution);
-        let mut met = grid.depths(scene, &BodyAreas::of(scene)).tau;
-        met.retain(|tau| *tau > 0.0);
-        Self {
-            mean: met.iter().sum::<f64>() / met.len().max(1) as f64,
-            deepest: met.iter().copied().fold(0.0, f64::max),
-        }
+        Self::along(&grid.depths(scene, &BodyAreas::of(scene)).tau)
+    }
+
+    /// Of the optical depths along rays.
+    pub(super) fn along(depths: &[f64]) -> Self {
+        let met = || depths.iter().copied().filter(|tau| *tau > 0.0);
+        Self { mean: met().sum::<f64>() / met().count().max(1) as f64, deepest: met().fold(0.0, f64::max) }
     }
 }

@@ -1,5 +1,7 @@
 //! Which files may be read: a scene's own stay under its folder, the user's are unrestricted; both must be regular files.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -7,9 +9,15 @@ use std::path::{Component, Path, PathBuf};
 /// Text files named by settings (tables of indices, sizes, phases) above this are refused, bytes.
 const TEXT_LIMIT_BYTES: u64 = 16 << 20;
 
-/// A place from which files are named.
+/// A place from which files are named. It remembers which were, so that no output replaces one of them.
 #[derive(Clone, Debug)]
-pub enum Folder {
+pub struct Folder {
+    place: Place,
+    named: RefCell<BTreeSet<PathBuf>>,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
     /// The folder of a scene file: nothing outside it may be read.
     Scene(PathBuf),
     /// Paths that the user typed: relative to the working folder, unrestricted.
@@ -31,10 +39,22 @@ const CHECK_IT: &str = "check the path, which is relative to the working folder"
 impl Folder {
     /// The folder in which a scene file lies.
     pub fn of_scene(scene: &Path) -> Self {
-        match scene.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => Self::Scene(folder.to_path_buf()),
-            _ => Self::Scene(PathBuf::from(".")),
-        }
+        let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty());
+        Self::at(Place::Scene(folder.unwrap_or(Path::new(".")).to_path_buf()))
+    }
+
+    /// Paths that the user types: relative to the working folder, unrestricted.
+    pub fn of_user() -> Self {
+        Self::at(Place::User)
+    }
+
+    fn at(place: Place) -> Self {
+        Self { place, named: RefCell::default() }
+    }
+
+    /// The files that were found here so far, each once.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.named.borrow().iter().cloned().collect()
     }
 
     /// Finds a file by its (already decoded) relative path.
@@ -42,22 +62,25 @@ impl Folder {
     /// # Errors
     /// When the path is absolute or leaves the folder, also by a symbolic link, or is no regular file.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, Refusal> {
-        let path = match self {
-            Self::User => PathBuf::from(name),
-            Self::Scene(folder) => inside(folder, name)?,
+        let path = match &self.place {
+            Place::User => PathBuf::from(name),
+            Place::Scene(folder) => inside(folder, name)?,
         };
         let info = std::fs::metadata(&path).map_err(|e| self.remedied(unreadable(e)))?;
         if !info.is_file() {
             return Err(self.remedied(refusal("is not a regular file")));
+        }
+        if !self.named.borrow().contains(&path) {
+            self.named.borrow_mut().insert(path.clone());
         }
         Ok(path)
     }
 
     /// What the user typed need not lie beside the scene.
     fn remedied(&self, refusal: Refusal) -> Refusal {
-        match self {
-            Self::User => Refusal { remedy: CHECK_IT, ..refusal },
-            Self::Scene(_) => refusal,
+        match self.place {
+            Place::User => Refusal { remedy: CHECK_IT, ..refusal },
+            Place::Scene(_) => refusal,
         }
     }
 
@@ -77,13 +100,18 @@ impl Folder {
         let bytes = self.read(name, TEXT_LIMIT_BYTES).map_err(|r| format!("{}; {}", r.problem, r.remedy))?;
         String::from_utf8(bytes).map_err(|_| "is not UTF-8 text; save it as such".into())
     }
+
+    /// Reads a text file that the user names on a command line: any that can be read, a pipe too, but not without end.
+    ///
+    /// # Errors
+    /// Why the file cannot be read, and what to do: continues the sentence that begins with its name.
+    pub fn read_typed_text(&self, name: &str) -> Result<String, String> {
+        self.named.borrow_mut().insert(name.into());
+        read_typed_text(name)
+    }
 }
 
-/// Reads a text file that the user names on a command line: any that can be read, a pipe too, but not without end.
-///
-/// # Errors
-/// Why the file cannot be read, and what to do: continues the sentence that begins with its name.
-pub fn read_typed_text(name: &str) -> Result<String, String> {
+fn read_typed_text(name: &str) -> Result<String, String> {
     let mut bytes = Vec::new();
     let unreadable = |e: std::io::Error| format!("cannot be read ({e}); {CHECK_IT}");
     let file = File::open(name).map_err(unreadable)?;
@@ -165,12 +193,13 @@ mod tests {
         std::fs::create_dir_all(home.join("sub"))?;
         std::fs::write(dir.path().join("outside"), "x")?;
         std::fs::write(home.join("sub/a.bin"), "abc")?;
-        let folder = Folder::Scene(home.clone());
+        let folder = Folder::of_scene(&home.join("scene.gltf"));
         assert_eq!(folder.read("sub/a.bin", 3).as_deref(), Ok(b"abc".as_slice()));
         assert!(folder.read("sub/a.bin", 2).is_err());
         for bad in ["../outside", "sub/../../outside", "/etc/hostname", "sub", "", "missing.bin", "a\0b"] {
             assert!(folder.read(bad, 1000).is_err(), "{bad}");
         }
+        assert_eq!(folder.files(), [home.canonicalize()?.join("sub/a.bin")]);
         Ok(())
     }
 
@@ -183,10 +212,10 @@ mod tests {
         std::fs::write(dir.path().join("outside"), "x")?;
         std::os::unix::fs::symlink(dir.path().join("outside"), home.join("link"))?;
         std::os::unix::fs::symlink("/dev/zero", home.join("zero"))?;
-        let folder = Folder::Scene(home);
+        let folder = Folder::of_scene(&home.join("scene.gltf"));
         assert!(folder.read("link", 10).is_err_and(|r| r.problem.contains("link")));
         assert!(folder.read("zero", 10).is_err());
-        assert!(Folder::User.read("/dev/zero", 10).is_err_and(|r| r.problem.contains("regular")));
+        assert!(Folder::of_user().read("/dev/zero", 10).is_err_and(|r| r.problem.contains("regular")));
         Ok(())
     }
 }

@@ -7,8 +7,10 @@ use super::folder::{Folder, Refusal, read_file, read_start};
 use super::frame_cloud::{default_sun, framing_camera};
 use super::gltf::{Parts, is_glb, read};
 use super::hash::content_hash;
-use super::model::Scene;
+use super::model::{Camera, Lens, Scene};
 use super::settings::Settings;
+use crate::excerpt::excerpt;
+use crate::units::short::number;
 use crate::warning::Warning;
 
 /// What the user's flags say about reading a scene; none by default.
@@ -101,7 +103,7 @@ pub fn load_embedded(name: &str, file: &[u8], options: &LoadOptions) -> Result<S
 
 /// Adds camera and sun where there are none, and the hash.
 fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
-    let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings } = parts;
+    let Parts { particles, fog_balls, fog_boxes, classes, camera, mut suns, settings, mut warnings, files } = parts;
     if particles.is_empty() && fog_boxes.is_empty() {
         if is_dark(&settings) {
             return Err(SceneError::at("", SceneFault::Empty { found: found(&warnings) }));
@@ -111,6 +113,7 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
             "mark meshes with kind = \"droplet\" or \"fog\", or use --droplets or --radius",
         ));
     }
+    warnings.extend(camera.as_ref().and_then(|camera| stretched(camera, settings.image.resolution)));
     let camera = camera.unwrap_or_else(|| {
         warnings.push(Warning::new("no camera: one that frames the cloud is used", "add a camera to the scene"));
         let [width, height] = settings.image.resolution.map(f64::from);
@@ -123,10 +126,31 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
     } else if suns.iter().all(|sun| sun.lux == 0.0) {
         warnings.push(Warning::new("no directional light has an intensity above 0", "set it in lux"));
     }
+    let hash = String::new();
     let mut scene =
-        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, hash: String::new() };
+        Scene { name, particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, files, hash };
     scene.hash = content_hash(&scene);
     Ok(scene)
+}
+
+/// The view of an orthographic camera fills the picture whatever its shape.
+fn stretched(camera: &Camera, resolution: [u32; 2]) -> Option<Warning> {
+    /// Whole pixels cannot match every shape.
+    const UNSEEN: f64 = 0.01;
+    let Lens::Orthographic { xmag_m, ymag_m } = camera.lens else { return None };
+    let [width, height] = resolution.map(f64::from);
+    let stretch = width / height * ymag_m / xmag_m;
+    let matching = format!("{width}x{:.0}", (width * ymag_m / xmag_m).clamp(1.0, 65_536.0));
+    ((stretch - 1.0).abs() > UNSEEN).then(|| {
+        Warning::new(
+            format!(
+                "camera {}: xmag and ymag are not as the picture's {width} to {height}: it is stretched {} times across",
+                excerpt(&camera.name),
+                number(stretch)
+            ),
+            format!("set image.resolution to {matching}, say, or change xmag or ymag"),
+        )
+    })
 }
 
 /// What there is where there is nothing to render, as the first warnings say it.

@@ -91,6 +91,11 @@ fn density(marks: &mut Marks, density: FogDensity) -> Fit<()> {
 }
 
 impl Marks {
+    /// Whether anything is said of droplets, beside a light's own.
+    pub fn is_of_droplets(&self) -> bool {
+        *self != Self { light: self.light, ..Self::default() }
+    }
+
     /// What is left open here is taken from `below`.
     pub fn over(self, below: &Marks) -> Marks {
         Marks {

@@ -1,6 +1,7 @@
 //! What a scene is, once it has been read: everything in world space, metres, f64 where positions need it.
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 
@@ -130,7 +131,8 @@ pub struct Scene {
     pub name: String,
     /// Droplets and parcels.
     pub particles: Vec<Particle>,
-    /// Balls of fog among the particles that wait for [`Scene::fill_fog`]; empty where all are given by number.
+    /// Balls of fog among the particles that wait for [`Scene::fill_fog`], in the order of particles; empty where all are given by
+    /// number.
     pub fog_balls: Vec<FogBalls>,
     /// Fog boxes.
     pub fog_boxes: Vec<FogBox>,
@@ -144,6 +146,8 @@ pub struct Scene {
     pub settings: Settings,
     /// What the reader noticed.
     pub warnings: Vec<Warning>,
+    /// The files that it needs beside its own: buffers, tables, the background.
+    pub files: Vec<PathBuf>,
     /// Content hash of the scene as it was read, with its settings (hexadecimal).
     pub hash: String,
 }

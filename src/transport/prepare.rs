@@ -53,6 +53,11 @@ pub enum PrepareError {
     /// The picture behind everything cannot be used.
     #[error(transparent)]
     Backdrop(#[from] BackdropError),
+    /// A ball of fog is filled with more droplets than a number can say.
+    #[error(
+        "particle {index}, a ball of fog, would hold more droplets than can be counted (3e38); lower its density or its radius"
+    )]
+    FullBall { index: usize },
 }
 
 /// How much there is of everything.
@@ -140,6 +145,9 @@ impl Prepared {
         enter(Stage::Tables);
         let wavelengths = table_wavelengths(plan, sampling);
         fill_fog(&mut scene)?;
+        if let Some(index) = scene.particles.iter().position(|particle| !particle.count.is_finite()) {
+            return Err(PrepareError::FullBall { index });
+        }
         let bins = bin_plan(&scene);
         let angle_tolerance = table_settings(&scene.settings.accuracy, Wavelengths::default(), TableStore::default())
             .accuracy

@@ -34,6 +34,7 @@ pub fn empty_scene() -> Scene {
         suns: vec![sun(DVec3::NEG_Z)],
         settings,
         warnings: Vec::new(),
+        files: Vec::new(),
         hash: String::new(),
     }
 }

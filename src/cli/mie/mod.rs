@@ -12,8 +12,10 @@ use std::path::Path;
 
 use anyhow::anyhow;
 
+use super::claims::Outputs;
 use super::failure::Failure;
-use crate::image::file::{Existing, check_writable, write_atomically};
+use crate::image::file::{Existing, write_atomically};
+use crate::scene::folder::Folder;
 use crate::study::plot::{Caption, phase_plot};
 use crate::study::{MieReport, Scatterer};
 use angles::AngleList;
@@ -21,8 +23,11 @@ use args::{FormatName, MieArgs};
 
 /// Runs the command.
 pub fn run(args: &MieArgs) -> Result<u8, Failure> {
-    check_outputs(args)?;
-    let scatterer = request::solve(args)?;
+    let outputs = Outputs::new([("--output", args.output.as_ref()), ("--plot", args.plot.as_ref())]);
+    outputs.check(Existing::Replace)?;
+    let typed = Folder::of_user();
+    let scatterer = request::solve(args, &typed)?;
+    outputs.spare("is read as a table", typed.files())?;
     let angles = args.angles.clone().unwrap_or_else(AngleList::standard);
     let report = MieReport::new(&scatterer, angles.degrees()).map_err(Failure::usage)?;
     if let Some(path) = &args.plot {
@@ -35,17 +40,6 @@ pub fn run(args: &MieArgs) -> Result<u8, Failure> {
         None => to_stdout(&report, args.format).map_err(Failure::other)?,
     }
     Ok(0)
-}
-
-/// Looks at the outputs before any work is done.
-fn check_outputs(args: &MieArgs) -> Result<(), Failure> {
-    if args.output.is_some() && args.output == args.plot {
-        return Err(Failure::usage(anyhow!("--output and --plot name the same file; give each its own")));
-    }
-    for path in [&args.output, &args.plot].into_iter().flatten() {
-        check_writable(path, Existing::Replace).map_err(Failure::other)?;
-    }
-    Ok(())
 }
 
 fn to_stdout(report: &MieReport, format: FormatName) -> io::Result<()> {

@@ -10,7 +10,7 @@ use crate::cli::failure::Failure;
 use crate::mie::MieError;
 use crate::optics::distribution::SizeDistribution;
 use crate::optics::material::Material;
-use crate::scene::folder::read_typed_text;
+use crate::scene::folder::Folder;
 use crate::study::Scatterer;
 use crate::study::scatterer::Dimensions;
 use crate::units::format_in;
@@ -19,15 +19,16 @@ use crate::units::format_in;
 const DEFAULT_WAVELENGTH_M: f64 = 550e-9;
 
 /// Solves the scatterer of the flags; whatever is wrong with it is wrong with them.
-pub fn solve(args: &MieArgs) -> Result<Scatterer, Failure> {
-    scatterer(args).map_err(Failure::usage)
+pub fn solve(args: &MieArgs, typed: &Folder) -> Result<Scatterer, Failure> {
+    scatterer(args, typed).map_err(Failure::usage)
 }
 
-fn scatterer(args: &MieArgs) -> anyhow::Result<Scatterer> {
-    let m = index(args)?;
+fn scatterer(args: &MieArgs, typed: &Folder) -> anyhow::Result<Scatterer> {
+    let m = index(args, typed)?;
     let wavelength_m = wavelength_m(args);
     if let Some(text) = &args.distribution {
-        let distribution = SizeDistribution::parse(text, &read_typed_text).context("--distribution")?;
+        let distribution =
+            SizeDistribution::parse(text, &|name| typed.read_typed_text(name)).context("--distribution")?;
         return Scatterer::cloud(distribution, wavelength_m, m)
             .map_err(|error| match error {
                 MieError::SizeParameter(_) if !text.trim_start().starts_with("mono") => {
@@ -60,12 +61,12 @@ fn wavelength_m(args: &MieArgs) -> f64 {
     args.wavelength.unwrap_or(DEFAULT_WAVELENGTH_M)
 }
 
-fn index(args: &MieArgs) -> anyhow::Result<Complex64> {
+fn index(args: &MieArgs, typed: &Folder) -> anyhow::Result<Complex64> {
     if let Some(index) = args.index {
         return Ok(index);
     }
     let material = match &args.material {
-        Some(text) => Material::parse(text, &read_typed_text).context("--material")?,
+        Some(text) => Material::parse(text, &|name| typed.read_typed_text(name)).context("--material")?,
         None if args.size_parameter.is_some() => {
             return Err(anyhow!("--size-parameter needs an index: add --index N,K, or --material M at a --wavelength"));
         }

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::view::MOST_FAR_M;
 use crate::units::format_bytes;
 
 /// A cloud could not be made.
@@ -14,6 +15,16 @@ pub enum GenerateError {
     /// A length of the shape is zero, negative, infinite or NaN.
     #[error("`--size` {size_m:e} m is not a length between 1e-9 m and 1e9 m")]
     Size { size_m: f64 },
+    /// A grown shape is too flat, or too slender, to grow in.
+    #[error(
+        "`--shape {shape}` grows in boxes up to {most} times as long as their shortest side, not {ratio:.0} times: use a fuller `--size`, or `--shape slab` or `box`"
+    )]
+    Aspect { shape: &'static str, ratio: f64, most: f64 },
+    /// Nothing grew where the optical depth is counted.
+    #[error(
+        "with `--seed {seed}` nothing grows along the shortest side through the centre, where the optical depth is counted: choose another `--seed`, or a fuller `--size`"
+    )]
+    NoMiddle { seed: u64 },
     /// The shape takes another number of lengths.
     #[error("`--shape {shape}` takes {expected} in `--size`, not {found}")]
     SizeCount { shape: &'static str, expected: &'static str, found: usize },
@@ -50,7 +61,8 @@ pub enum GenerateError {
     Extinction { radius_m: f64, q_ext: f64 },
     /// Real droplets would fill the shape more densely than spheres can.
     #[error(
-        "{count} droplets would fill {fraction:.3} of the shape, more than spheres can: raise `--size`, or lower `--count` to {max_count}"
+        "{count} droplets would fill {fraction:.3} of the shape, more than spheres can: raise `--size`{}",
+        if *.max_count > 0 { format!(", or lower `--count` to {max_count}") } else { String::new() }
     )]
     Crowded { count: u64, fraction: f64, max_count: u64 },
     /// Few droplets that stand for many would be drawn larger than the cloud.
@@ -58,6 +70,11 @@ pub enum GenerateError {
         "{count} droplets would have to be drawn with a radius of {radius_m:e} m in a shape {size_m:e} m across: raise `--count` to {min_count} or more, or use `--kind parcels`"
     )]
     Magnified { count: u64, radius_m: f64, size_m: f64, min_count: u64 },
+    /// Particles would be drawn smaller than a reader takes them.
+    #[error(
+        "particles would be drawn with a radius of {radius_m:e} m, and below {least_m:e} m, an atom, none is read: lower `--count`, or ask for more with `--size`, `--liquid-water` or `--optical-depth`"
+    )]
+    Tiny { radius_m: f64, least_m: f64 },
     /// There are fewer droplets than parcels to put them in.
     #[error(
         "{parcels} parcels would share only {droplets:.3} droplets: use `--kind droplets`, lower `--count`, or ask for more water with `--liquid-water` or `--optical-depth`"
@@ -76,7 +93,7 @@ pub enum GenerateError {
     Overlap { value: f64 },
     /// Camera or sun cannot be placed.
     #[error(
-        "{what} must be finite, with the camera away from what it looks at and a field of view between 0 and 180 degrees"
+        "{what} must be finite and at most {MOST_FAR_M:e} m away, with the camera away from what it looks at and a field of view between 0 and 180 degrees"
     )]
     View { what: &'static str },
 }

@@ -23,6 +23,9 @@ const INDEPENDENT_FRACTION: f64 = 0.006;
 /// Spheres in random order fill no larger share (Scott & Kilgour 1969).
 const PACKED_FRACTION: f64 = 0.64;
 
+/// Smaller radii are no droplets but slips of the unit, to readers: an atom, m.
+const LEAST_DRAWN_M: f64 = 1e-10;
+
 /// What the particles hold.
 pub(super) struct Filling {
     pub radii: DrawnRadii,
@@ -115,6 +118,7 @@ fn magnified(
     magnification: f64,
     warnings: Vec<Warning>,
 ) -> Result<Filling, GenerateError> {
+    check_drawn(magnification * 1e-6 * radii_um.iter().copied().map(f64::from).fold(f64::INFINITY, f64::min))?;
     let stands_for = magnification * magnification;
     let extinction_m2 = stands_for * sizes.sum_c_ext_m2(&radii_um)?;
     let summary = Summary {
@@ -135,6 +139,7 @@ fn magnified(
 }
 
 fn fill_parcels(recipe: &Recipe, sizes: &Sizes, placed: &Placed, parcels: Parcels) -> Result<Filling, GenerateError> {
+    check_drawn(parcels.radii.smallest_m())?;
     let (c_ext_m2, volume_m3) = (sizes.mean_c_ext_m2()?, sizes.mean_volume_m3());
     let water = Content::LiquidWaterGPerM3(DEFAULT_LIQUID_WATER_G_PER_M3);
     let extinction_m2 = match wanted_extinction_m2(recipe, sizes, placed)? {
@@ -246,6 +251,14 @@ fn check_magnified(recipe: &Recipe, magnification: f64, radii_um: &[f32]) -> Res
             format!("set `--count` to {} or more, or use `--kind parcels`", count_for(0.25 * shortest_m)),
         )
     }))
+}
+
+/// Droplets drawn smaller than an atom would be refused by whoever reads them.
+fn check_drawn(radius_m: f64) -> Result<(), GenerateError> {
+    match radius_m < LEAST_DRAWN_M {
+        true => Err(GenerateError::Tiny { radius_m, least_m: LEAST_DRAWN_M }),
+        false => Ok(()),
+    }
 }
 
 fn volume_m3(radii_um: &[f32]) -> f64 {

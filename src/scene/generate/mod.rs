@@ -48,7 +48,7 @@ use crate::optics::material::Material;
 pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud, GenerateError> {
     recipe.check()?;
     let sizes = Sizes::new(&recipe.distribution, q_ext_550)?;
-    let mut placed = place::place(recipe);
+    let mut placed = place::place(recipe)?;
     let filling = fill::fill(recipe, &sizes, &mut placed)?;
     let mut positions = placed.points;
     let metres_per_unit = metres_per_unit(&recipe.shape);
@@ -62,7 +62,7 @@ pub fn generate(recipe: &Recipe, q_ext_550: &dyn Fn(f64) -> f64) -> Result<Cloud
         metres_per_unit,
         kind: recipe.kind,
         form: recipe.form,
-        camera: recipe.view.camera(&recipe.shape, filling.reach_m()),
+        camera: recipe.view.camera(&recipe.shape, filling.reach_m())?,
         sun: recipe.view.sun(),
         settings: settings(recipe),
         recipe: record(recipe, &filling.summary),

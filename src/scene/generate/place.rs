@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::error::GenerateError;
 use super::noise::Patches;
 use super::random::{self, Purpose, unit_f64};
 use super::recipe::Recipe;
@@ -42,6 +43,14 @@ pub(super) enum ParcelRadii {
 }
 
 impl ParcelRadii {
+    /// The smallest, m.
+    pub fn smallest_m(&self) -> f64 {
+        match self {
+            Self::Alike(radius_m) => *radius_m,
+            Self::Each(radii_m) => f64::from(radii_m.iter().copied().fold(f32::INFINITY, f32::min)),
+        }
+    }
+
     /// The largest, m.
     pub fn largest_m(&self) -> f64 {
         match self {
@@ -61,10 +70,17 @@ const INNER_DEPTH: f64 = 3.0;
 const LARGEST: f64 = 0.25;
 
 /// Places the recipe's particles.
-pub(super) fn place(recipe: &Recipe) -> Placed {
+///
+/// # Errors
+/// When nothing of a grown cloud lies on the line along which its optical depth is counted.
+pub(super) fn place(recipe: &Recipe) -> Result<Placed, GenerateError> {
     let count = recipe.particle_count();
     let voxels = recipe.shape.is_grown().then(|| Voxels::new(&recipe.shape, recipe.seed, count));
-    match (recipe.kind, voxels) {
+    let no_middle = || GenerateError::NoMiddle { seed: recipe.seed };
+    if voxels.as_ref().is_some_and(|voxels| voxels.cells().is_empty()) {
+        return Err(no_middle());
+    }
+    let placed = match (recipe.kind, voxels) {
         (ParticleKind::Droplet, None) => {
             even(&recipe.shape, droplet_points(recipe, |rng| recipe.shape.sample_unit_point(rng)))
         }
@@ -72,7 +88,8 @@ pub(super) fn place(recipe: &Recipe) -> Placed {
         (ParticleKind::Parcel, voxels) if count == 1 => one_parcel(recipe, voxels.as_ref()),
         (ParticleKind::Parcel, None) => even_parcels(recipe),
         (ParticleKind::Parcel, Some(voxels)) => parcels_in(recipe, &voxels),
-    }
+    };
+    if placed.column_per_m2 > 0.0 { Ok(placed) } else { Err(no_middle()) }
 }
 
 /// Droplets are wholly at random: more where it is dense.

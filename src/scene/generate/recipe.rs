@@ -6,6 +6,7 @@ use super::error::GenerateError;
 use super::random;
 use super::shape::CloudShape;
 use super::view::View;
+use super::voxels::Voxels;
 use crate::optics::distribution::{Shape, SizeDistribution};
 use crate::optics::material::Material;
 use crate::scene::model::ParticleKind;
@@ -140,14 +141,19 @@ impl Recipe {
 
     /// Bytes of memory that making the cloud takes at its peak.
     pub fn memory_bytes(&self) -> u64 {
-        // Measured with a margin; a grown cloud keeps its cells beside the particles.
+        // Measured with a margin.
         const FIXED: u64 = 24 << 20;
-        let each = match self.kind {
-            _ if self.shape.is_grown() => 96,
-            ParticleKind::Droplet => 32,
-            ParticleKind::Parcel => 48,
+        let count = self.particle_count();
+        let bytes = match self.kind {
+            // Cells are there twice while they are gathered, and then beside the particles.
+            _ if self.shape.is_grown() => {
+                let cells = Voxels::bytes(&self.shape, count);
+                cells.saturating_add(cells.max(count.saturating_mul(96)))
+            }
+            ParticleKind::Droplet => count.saturating_mul(32),
+            ParticleKind::Parcel => count.saturating_mul(48),
         };
-        self.particle_count().saturating_mul(each).saturating_add(FIXED)
+        bytes.saturating_add(FIXED)
     }
 
     fn check_memory(&self) -> Result<(), GenerateError> {

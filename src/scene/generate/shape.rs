@@ -37,6 +37,10 @@ const SLAB_THICKNESS: f64 = 0.125;
 /// Lengths outside cannot be told from typing errors, and their cubes leave the range of f32.
 const LENGTHS_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
+/// Billows are as wide as the shortest side lets them be: in a box more slender than this they are too many to grow in
+/// seconds (their number rises with the ratio, the time with its square), and in a flatter one they leave most of it empty.
+const MOST_GROWN_RATIO: f64 = 10.0;
+
 impl CloudShape {
     /// Names, as in `--shape`.
     pub const NAMES: [&'static str; 6] = ["ball", "box", "slab", "cumulus", "puff", "droplet"];
@@ -46,7 +50,8 @@ impl CloudShape {
     /// ball and droplet.
     ///
     /// # Errors
-    /// When the name is unknown, or the lengths are too few, too many or out of range.
+    /// When the name is unknown, or the lengths are too few, too many or out of range; when a cumulus or a puff is more than ten
+    /// times as long as its shortest side.
     ///
     /// ```
     /// use mie_cloud::scene::generate::CloudShape;
@@ -177,10 +182,15 @@ impl CloudShape {
     }
 
     pub(super) fn check(&self) -> Result<(), GenerateError> {
-        match self.size_m().into_iter().find(|size| !LENGTHS_M.contains(size)) {
-            Some(size_m) => Err(GenerateError::Size { size_m }),
-            None => Ok(()),
+        if let Some(size_m) = self.size_m().into_iter().find(|size| !LENGTHS_M.contains(size)) {
+            return Err(GenerateError::Size { size_m });
         }
+        let ratio = self.longest_m() / self.shortest_m();
+        // One picometre in a metre is rounding.
+        if self.is_grown() && ratio > MOST_GROWN_RATIO * (1.0 + 1e-12) {
+            return Err(GenerateError::Aspect { shape: self.name(), ratio, most: MOST_GROWN_RATIO });
+        }
+        Ok(())
     }
 }
 
@@ -240,6 +250,13 @@ mod tests {
         assert!(matches!(CloudShape::new("box", &[0.0]), Err(GenerateError::Size { .. })));
         assert!(matches!(CloudShape::new("ball", &[f64::NAN]), Err(GenerateError::Size { .. })));
         assert!(matches!(CloudShape::new("cube", &[1.0]), Err(GenerateError::Shape { .. })));
+        for (name, size) in
+            [("cumulus", [1e3, 1e-3, 1e3]), ("cumulus", [10.0, 110.0, 10.0]), ("puff", [1.0, 11.0, 1.0])]
+        {
+            assert!(matches!(CloudShape::new(name, &size), Err(GenerateError::Aspect { .. })), "{name} {size:?}");
+            assert!(CloudShape::new("slab", &size).is_ok(), "{size:?}");
+        }
+        assert!(CloudShape::new("puff", &[0.3, 3.0, 3.0]).is_ok());
         for name in CloudShape::NAMES {
             assert_eq!(CloudShape::new(name, &[2.0]).map(|shape| shape.name()), Ok(name));
         }

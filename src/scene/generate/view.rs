@@ -45,6 +45,9 @@ const CUMULUS_BELOW_DEG: f64 = 8.0;
 /// Width over height of the picture.
 const ASPECT: f64 = 16.0 / 9.0;
 
+/// Readers place nothing farther from the origin, m.
+pub(super) const MOST_FAR_M: f64 = 1e12;
+
 /// Free room around the cloud in the picture, relative to its size.
 const MARGIN: f64 = 1.15;
 
@@ -69,7 +72,10 @@ impl View {
         }
         let away = self.camera.is_none_or(|at| {
             let way = DVec3::from(at.position_m) - DVec3::from(at.target_m);
-            way.is_finite() && way.length() > 0.0 && DVec3::from(at.target_m).is_finite()
+            way.is_finite()
+                && way.length() > 0.0
+                && DVec3::from(at.target_m).is_finite()
+                && is_near(at.position_m.into())
         });
         if !(away && self.yfov_deg > 0.0 && self.yfov_deg < 180.0) {
             return Err(GenerateError::View { what: "the camera" });
@@ -78,17 +84,23 @@ impl View {
     }
 
     /// The camera for a cloud of this shape, with particles that reach `beyond_m` over its surface.
-    pub(super) fn camera(&self, shape: &CloudShape, beyond_m: f64) -> Camera {
+    ///
+    /// # Errors
+    /// When the field of view is so narrow that the camera would stand farther away than readers place it.
+    pub(super) fn camera(&self, shape: &CloudShape, beyond_m: f64) -> Result<Camera, GenerateError> {
         let (position_m, target_m) = match self.camera {
             Some(at) => (at.position_m.into(), at.target_m.into()),
             None => (way_of(shape) * self.framing_distance_m(shape, beyond_m), DVec3::ZERO),
         };
-        Camera {
+        if !is_near(position_m) {
+            return Err(GenerateError::View { what: "the camera" });
+        }
+        Ok(Camera {
             name: "Camera".into(),
             position_m,
             world_from_camera: look_at(position_m, target_m),
             lens: Lens::Perspective { yfov_rad: self.yfov_deg.to_radians(), aspect: Some(ASPECT) },
-        }
+        })
     }
 
     /// From here the near face of the shape's box fills the picture, less the margin; grown clouds leave the corners of
@@ -114,6 +126,10 @@ impl View {
             angular_diameter_deg: None,
         }
     }
+}
+
+fn is_near(position_m: DVec3) -> bool {
+    position_m.abs().max_element() <= MOST_FAR_M
 }
 
 /// The direction from the cloud to the camera that frames it.
@@ -143,7 +159,7 @@ mod tests {
     fn the_camera_sees_every_corner_of_the_cloud() {
         for lengths in [[1.0, 1.0, 1.0], [20.0, 1.0, 5.0], [1.0, 30.0, 4.0], [1e-6, 2e-6, 9e-6]] {
             let shape = CloudShape::Box { size_m: lengths };
-            let camera = View::default().camera(&shape, 0.0);
+            let camera = View::default().camera(&shape, 0.0).expect("a camera near by");
             let tan = 20_f64.to_radians().tan();
             for corner in 0..8 {
                 let side = |axis: usize| if corner >> axis & 1 == 0 { 0.5 } else { -0.5 };

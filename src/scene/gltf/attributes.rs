@@ -119,6 +119,11 @@ pub struct ParticleAttributes<'a> {
 }
 
 impl<'a> ParticleAttributes<'a> {
+    /// Whether there is none of them.
+    pub fn is_empty(&self) -> bool {
+        [&self.radius, &self.droplet_radius_um, &self.droplet_count, &self.material].into_iter().all(Option::is_none)
+    }
+
     /// Checks the accessors; all must have `count` elements.
     ///
     /// # Errors

@@ -66,6 +66,8 @@ impl<'a> Collector<'a, '_> {
         let Some(index) = visit.node.mesh else {
             if marks.kind.is_some() {
                 self.notes.note(Kind::EmptyMark, 1, || visit.element.clone());
+            } else if marks.is_of_droplets() {
+                self.notes.note(Kind::IdleMark, 1, || visit.element.clone());
             }
             return Ok(marks);
         };
@@ -140,6 +142,10 @@ impl<'a> Collector<'a, '_> {
         // Radii are checked against quantisation before any droplet is made of them.
         carried.check_radii()?;
         instances.as_ref().map_or(Ok(()), |instances| instances.carried.check_radii())?;
+        let both = |i: &Instances| !i.carried.is_empty() && (carried.radius.is_some() || i.carried.radius.is_none());
+        if instances.as_ref().is_some_and(both) {
+            self.notes.note(Kind::IdleInstances, 1, || placed.visit.element.clone());
+        }
         let group = self.group(placed, &marks, surface.as_deref(), &element)?;
         for instance in 0..n_instances {
             let world = world_of(placed, instances.as_ref(), instance)?;
@@ -223,6 +229,9 @@ impl<'a> Collector<'a, '_> {
     ) -> SceneResult<()> {
         let element = &placed.visit.element;
         let density = marks.density.ok_or_else(|| missing_density(element))?;
+        if marks.droplet_count.is_some() {
+            self.notes.note(Kind::CountedBox, 1, || element.clone());
+        }
         let bounds = mesh.bounds(self.accessors)?;
         if !bounds.is_box {
             self.notes.note(Kind::NoBox, 1, || element.clone());

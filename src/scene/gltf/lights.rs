@@ -25,7 +25,11 @@ pub fn take(
     suns: &mut Vec<Sun>,
     notes: &mut Unrendered,
 ) -> SceneResult<()> {
-    let Some(reference) = &visit.node.extensions.light else { return Ok(()) };
+    let Some(reference) = &visit.node.extensions.light else {
+        let idle = u64::from(marks != LightMarks::default());
+        notes.note(Kind::IdleLightMark, idle, || visit.element.clone());
+        return Ok(());
+    };
     let none = document::Elements::default();
     let lights = document.extensions.lights.as_ref().map_or(&none, |extension| &extension.lights);
     let light: document::Light = lights.get("KHR_lights_punctual.lights", reference.light, &visit.element)?;

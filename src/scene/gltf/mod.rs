@@ -20,6 +20,8 @@ mod unrendered;
 mod uri;
 pub mod write;
 
+use std::path::PathBuf;
+
 use accessors::Accessors;
 use budget::Budget;
 use buffers::Buffers;
@@ -53,6 +55,7 @@ pub(super) struct Parts {
     pub suns: Vec<Sun>,
     pub settings: Settings,
     pub warnings: Vec<Warning>,
+    pub files: Vec<PathBuf>,
 }
 
 /// Reads a `.gltf` or `.glb` file, told apart by content.
@@ -70,7 +73,8 @@ pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> Scene
     let document = document::read(json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json))?;
     extensions::check_required(&document)?;
     let scene = choose_scene(&document)?;
-    let (settings, scene_material) = settings(&scene, folder, options)?;
+    let typed = Folder::of_user();
+    let (settings, scene_material) = settings(&scene, [folder, &typed], options)?;
     let most_bytes = options.most_bytes();
     let buffers = Buffers::new(&document, chunk, folder, file.len() as u64, most_bytes);
     let budget = Budget::new(options.memory_limit_bytes.is_none(), most_bytes);
@@ -100,7 +104,8 @@ pub(super) fn read(file: &[u8], folder: &Folder, options: &LoadOptions) -> Scene
     let camera = cameras.finish(&mut warnings)?;
     let Particles { list: particles, fog_balls } = collector.particles;
     let (fog_boxes, classes) = (collector.fog_boxes, collector.classes.into_list());
-    Ok(Parts { particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings })
+    let files = [folder.files(), typed.files()].concat();
+    Ok(Parts { particles, fog_balls, fog_boxes, classes, camera, suns, settings, warnings, files })
 }
 
 /// The scene that is shown.
@@ -128,14 +133,18 @@ fn choose_scene<'a>(document: &'a Document<'a>) -> SceneResult<Chosen<'a>> {
 }
 
 /// Defaults, then the scene's own settings, then the flags.
-fn settings(scene: &Chosen, folder: &Folder, options: &LoadOptions) -> SceneResult<(Settings, SceneMaterial)> {
+fn settings(
+    scene: &Chosen,
+    [folder, typed]: [&Folder; 2],
+    options: &LoadOptions,
+) -> SceneResult<(Settings, SceneMaterial)> {
     let mut settings = Settings::default();
     let entries = entries_of_extras(scene.extras, &scene.element)?;
     apply(&mut settings, &[SETTINGS], &entries, folder, &format!("{}.extras.mie_cloud", scene.element))?;
     let mut named = entries.iter().any(|(key, _)| key == "droplets.material");
     for (key, value) in &options.settings {
         let entries = entries_of_flag(key, value)?;
-        apply(&mut settings, &[SETTINGS], &entries, &Folder::User, "--set")?;
+        apply(&mut settings, &[SETTINGS], &entries, typed, "--set")?;
         named |= entries.iter().any(|(key, _)| key == "droplets.material");
     }
     if let Some(resolution) = options.resolution {

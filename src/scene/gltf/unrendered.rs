@@ -23,6 +23,10 @@ pub enum Kind {
     NoSphere,
     NoBox,
     OwnAttribute,
+    IdleMark,
+    IdleLightMark,
+    CountedBox,
+    IdleInstances,
 }
 
 impl Kind {
@@ -100,6 +104,30 @@ impl Kind {
                 "vertex attributes of the file's own",
                 "not read",
                 "known are _RADIUS, _DROPLET_RADIUS_UM, _DROPLET_COUNT, _MATERIAL",
+            ],
+            Kind::IdleMark => [
+                "node says something of droplets and has no mesh",
+                "nodes say something of droplets and have no mesh",
+                "not used",
+                "put it on the nodes with meshes, on their meshes or materials; children take nothing from their parents",
+            ],
+            Kind::IdleLightMark => [
+                "node says something of a sun and has no light",
+                "nodes say something of suns and have no light",
+                "not used",
+                "put `spectrum` and `angular_diameter_deg` on the node of a directional light, or on the light",
+            ],
+            Kind::CountedBox => [
+                "fog box with a density and a droplet_count",
+                "fog boxes with a density and a droplet_count",
+                "filled to the density; the count is not used",
+                "take one of them away",
+            ],
+            Kind::IdleInstances => [
+                "node whose instances and points both have attributes of droplets",
+                "nodes whose instances and points both have attributes of droplets",
+                "those of the points are used",
+                "take one of them away",
             ],
         }
     }

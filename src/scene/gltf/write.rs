@@ -2,17 +2,14 @@
 
 use std::io::{self, Write};
 
-use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde_json::Value;
+use base64::write::EncoderWriter;
 use thiserror::Error;
 
 use crate::scene::generate::Cloud;
 
 mod buffer;
 mod document;
-
-use buffer::Buffer;
 
 /// A cloud could not be written.
 #[derive(Debug, Error)]
@@ -100,6 +97,9 @@ pub fn write_glb(cloud: &Cloud, out: &mut dyn Write) -> Result<(), WriteError> {
     Ok(())
 }
 
+/// What stands before a buffer inside JSON.
+const DATA_URI: &str = "data:application/octet-stream;base64,";
+
 /// Writes a `.gltf` file: indented JSON with the buffer as a `data:` URI.
 ///
 /// # Errors
@@ -110,15 +110,18 @@ pub fn write_gltf(cloud: &Cloud, out: &mut dyn Write) -> Result<(), WriteError> 
     if bytes > GLTF_LIMIT_BYTES {
         return Err(WriteError::TooLargeForGltf { bytes, limit_bytes: GLTF_LIMIT_BYTES });
     }
-    document["buffers"][0]["uri"] = Value::String(data_uri(&buffer)?);
-    serde_json::to_writer_pretty(&mut *out, &document)?;
-    out.write_all(b"\n")?;
+    document["buffers"][0]["uri"] = DATA_URI.into();
+    let json = serde_json::to_string_pretty(&document)?;
+    // The quotes of a text inside a text are escaped: this is the key of the only buffer.
+    let start = format!("\"uri\": \"{DATA_URI}");
+    let (before, after) = json.split_once(&start).unwrap_or((&json, ""));
+    write!(out, "{before}{start}")?;
+    // The particles go through once, without a copy or their text in memory.
+    let mut encoder = EncoderWriter::new(&mut *out, &STANDARD);
+    buffer.write(&mut encoder)?;
+    encoder.finish()?;
+    drop(encoder);
+    writeln!(out, "{after}")?;
     out.flush()?;
     Ok(())
-}
-
-fn data_uri(buffer: &Buffer) -> Result<String, WriteError> {
-    let mut bytes = Vec::with_capacity(buffer.len_bytes());
-    buffer.write(&mut bytes)?;
-    Ok(format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes)))
 }

@@ -50,6 +50,7 @@ pub fn cheapest(finest: &Row, rows: &[Row], target: f64) -> Price {
         let more: Vec<Choice> = choices.iter().flat_map(|c| settings.iter().map(move |row| with(c, row))).collect();
         choices.extend(more);
         choices.retain(|choice| choice.square < target * target);
+        choices = unbeaten(choices);
     }
     let priced = choices.into_iter().map(|choice| price(finest, choice, target));
     priced.min_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s)).unwrap_or(Price {
@@ -59,6 +60,22 @@ pub fn cheapest(finest: &Row, rows: &[Row], target: f64) -> Price {
         cpu_s: f64::INFINITY,
         error: f64::INFINITY,
     })
+}
+
+/// Those that no other is as good as in time, variance and error alike: what is added later makes both worse by the same. Of
+/// equals the first stays, which has the fewest flags.
+fn unbeaten(mut choices: Vec<Choice>) -> Vec<Choice> {
+    // Stable, and the better ones come first: each need only be held against those that stayed.
+    choices.sort_by(|a, b| {
+        a.time.total_cmp(&b.time).then(a.variance.total_cmp(&b.variance)).then(a.square.total_cmp(&b.square))
+    });
+    let mut stayed: Vec<Choice> = Vec::new();
+    for choice in choices {
+        if !stayed.iter().any(|s| s.variance <= choice.variance && s.square <= choice.square) {
+            stayed.push(choice);
+        }
+    }
+    stayed
 }
 
 /// Samples are chosen last, and a target is everything at once.
@@ -97,6 +114,37 @@ fn price(finest: &Row, choice: Choice, target: f64) -> Price {
 mod tests {
     use super::super::test_row;
     use super::*;
+
+    /// Expected: choices do not multiply, as 10 knobs of 9 settings would to 1e10, and the cheapest is what trying all finds: each
+    /// knob's middle setting, which costs little error, or its coarsest.
+    #[test]
+    fn many_knobs_are_searched_in_no_time() {
+        let finest = test_row(Setting::Bands(32), 0.0, 0.1, 1.0);
+        let knob = |name: &'static str, settings: i32| -> Vec<Row> {
+            let row = |i: i32| Row {
+                knob: name,
+                ..test_row(Setting::Bands(32), 2e-4 * 1.5_f64.powi(i), 0.1, 0.9 - 0.05 * f64::from(i))
+            };
+            (1..=settings).map(row).collect()
+        };
+        let names = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j"];
+        let many: Vec<Row> = names.iter().flat_map(|name| knob(name, 9)).collect();
+        let began = std::time::Instant::now();
+        assert_eq!(cheapest(&finest, &many, 0.02).flags.len(), names.len());
+        assert!(began.elapsed().as_secs() < 20, "{:?}", began.elapsed());
+        let few: Vec<Row> = names[..3].iter().flat_map(|name| knob(name, 4)).collect();
+        let options = |name: &str| -> Vec<Option<&Row>> {
+            std::iter::once(None).chain(few.iter().filter(|row| row.knob == name).map(Some)).collect()
+        };
+        let start = Choice { time: 1.0, variance: 1.0, square: 0.0, flags: Vec::new() };
+        let mut all = vec![start];
+        for name in &names[..3] {
+            let with = |c: &Choice, row: Option<&Row>| row.map_or_else(|| c.clone(), |row| add(c, &finest, row));
+            all = all.iter().flat_map(|c| options(name).into_iter().map(move |row| with(c, row))).collect();
+        }
+        let best = all.into_iter().map(|c| price(&finest, c, 0.02).cpu_s).fold(f64::INFINITY, f64::min);
+        assert_eq!(cheapest(&finest, &few, 0.02).cpu_s, best);
+    }
 
     /// The finest setting: 10 % noise at 64 samples in 1 s. Four bands are wrong by 3 % and take a quarter of the time; order 1
     /// is wrong by 9 % and takes half.
