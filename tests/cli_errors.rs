@@ -403,6 +403,7 @@ fn outputs_never_replace_inputs_or_each_other() {
         ),
         ("bench effects cloud.glb --json cloud.glb", "--json cloud.glb: is the scene itself"),
         ("bench effects lone.gltf --csv data.bin", "--csv data.bin: is read by the scene"),
+        ("diff lone.gltf data.bin --picture ./data.bin", "--picture ./data.bin: is one of the pictures"),
         ("bench effects cloud.glb --csv x --json ./x", "--csv and --json both name ./x"),
         ("bench accuracy cloud.glb --csv cloud.glb", "--csv cloud.glb: is the scene itself"),
         ("bench accuracy cloud.glb --reference meadow.exr --json meadow.exr", "--json meadow.exr: is the reference"),

@@ -340,7 +340,7 @@ fn files_appear_whole_and_outputs_are_checked_first() {
         assert!(text.contains("does not exist"), "{text}");
     }
     let both = path("both.svg");
-    assert!(complaint(&["--radius", "1um", "-o", &both, "--plot", &both], 2).contains("same file"));
+    assert!(complaint(&["--radius", "1um", "-o", &both, "--plot", &both], 2).contains("both name"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 

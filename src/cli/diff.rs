@@ -3,18 +3,19 @@
 use std::io::Write;
 
 use super::args::DiffArgs;
+use super::claims::Outputs;
 use super::failure::{FAILURE, Failure};
 use super::say::say;
 use crate::image::compare::{Comparison, compare, difference_map};
-use crate::image::file::{Existing, check_writable};
+use crate::image::file::Existing;
 use crate::image::{Attribute, Picture, exr, png};
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let read = |path| -> Result<Picture, Failure> { exr::read(path, exr::Limits::default()).map_err(Failure::other) };
-    if let Some(path) = &args.picture {
-        check_writable(path, Existing::Replace).map_err(Failure::other)?;
-    }
+    let outputs = Outputs::new([("--picture", args.picture.as_ref())]);
+    outputs.spare("is one of the pictures", [&args.a, &args.b])?;
+    outputs.check(Existing::Replace)?;
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let comparison = compare(&a, &b).map_err(Failure::other)?;
     for line in unlike(&a, &b) {
