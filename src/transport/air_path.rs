@@ -17,6 +17,10 @@ use crate::film::Layer;
 /// Paths of less weight play Russian roulette at the air, as others do at droplets.
 const ROULETTE_BELOW: f64 = 0.03;
 
+/// Neither air nor droplets are drawn less often than this where both could be next and a path has met the air: air beside a bright droplet is thin and
+/// yet matters. By as much less as the path has met droplets, so that weights hardly grow in clouds.
+const LEAST_CHANCE: f64 = 0.05;
+
 /// Least chance of a chain. Lit air beside a cloud has nothing between it and the sun, and yet droplets one small turn away.
 const LEAST_CHAIN: f64 = 0.3;
 
@@ -55,6 +59,12 @@ impl Met {
     /// been passed by is taken to be still to come, this flight's at least: so weights grow no faster than the sum of what is passed by.
     fn chance_to_begin(&self, in_air: f64, has_next: bool) -> f64 {
         if has_next { in_air / (in_air + self.passed_by.max(in_air)) } else { 1.0 }
+    }
+
+    /// The chance of the air on a flight of a path that has met it: its share of what can come next.
+    fn chance_to_go_on(&self, in_air: f64, passed: f64) -> f64 {
+        let least = LEAST_CHANCE / f64::from(1 + self.droplets);
+        (in_air / (in_air + passed)).clamp(least, 1.0 - least)
     }
 
     /// Whether sunlight counts that arrives after so many more collisions with droplets.
@@ -194,7 +204,7 @@ fn fly(
     let chance = match met.air {
         _ if in_air == 0.0 => 0.0,
         0 => met.chance_to_begin(in_air, has_next),
-        _ if has_next || ctx.switches.background => in_air / (in_air + 1.0 - opacity),
+        _ if has_next || ctx.switches.background => met.chance_to_go_on(in_air, 1.0 - opacity),
         _ => 1.0,
     };
     if random.uniform(Purpose::AirChance, draw) >= chance {
