@@ -16,7 +16,7 @@ use crate::transport::{PrepareError, Prepared, Rates, RenderRequest, SilentProgr
 pub const STANDARD_TARGET: f64 = 0.05;
 
 /// Sampling to an accuracy ends here, whatever the noise.
-pub const MOST_SPP: u32 = 65_536;
+pub const MOST_SPP: u32 = 1 << 20;
 
 /// Everything that decides about a picture but its samples.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::excerpt::excerpt;
 use crate::image::Picture;
 use crate::image::exr::{self, Limits, ReadError};
 use crate::spectrum::SpectralSampling;
@@ -121,7 +122,7 @@ fn channels<'a>(picture: &'a Picture, path: &Path) -> Result<[(&'static str, &'a
         (Some(r), Some(g), Some(b), _) => Ok([r, g, b]),
         (None, None, None, Some(y)) => Ok([y; 3]),
         _ => {
-            let names: Vec<&str> = picture.channels.iter().map(|channel| channel.name.as_str()).take(20).collect();
+            let names: Vec<String> = picture.channels.iter().map(|channel| excerpt(&channel.name)).take(20).collect();
             Err(BackdropError::Channels { path: path.into(), found: names.join(", ") })
         }
     }

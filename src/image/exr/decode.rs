@@ -74,19 +74,35 @@ fn decode_guarded(bytes: &[u8], limits: Limits) -> Result<Picture, DecodeError> 
     let reader = Reader::read_from_buffered(Cursor::new(bytes), true).map_err(from_crate)?;
     let header = reader.headers().first().ok_or_else(|| DecodeError::Damaged("it has no header".into()))?.clone();
     for other in reader.headers() {
-        check_blocks(other, bytes.len() as u64)?;
+        check_number_of_blocks(other, bytes.len() as u64)?;
     }
     check_pixels(&header, bytes.len() as u64, limits)?;
+    for other in reader.headers() {
+        check_size_of_blocks(other, bytes.len() as u64, limits)?;
+    }
     let channels = read_channels(reader, &header)?;
     describe(&header, channels)
 }
 
 /// Every block has an 8-byte offset and at least 9 bytes of its own, so a file's length bounds their number.
-fn check_blocks(header: &Header, file_bytes: u64) -> Result<(), DecodeError> {
+fn check_number_of_blocks(header: &Header, file_bytes: u64) -> Result<(), DecodeError> {
     const LEAST_BYTES_PER_BLOCK: u64 = 17;
     let most = (file_bytes / LEAST_BYTES_PER_BLOCK) as usize;
     if header.chunk_count > most {
         return Err(DecodeError::Incomplete { found: most, expected: header.chunk_count });
+    }
+    Ok(())
+}
+
+/// The crate takes as much memory for a block as that claims to have, up to what the header says a whole one has. Tiles may be larger than
+/// a small picture, but not without bound.
+fn check_size_of_blocks(header: &Header, file_bytes: u64, limits: Limits) -> Result<(), DecodeError> {
+    const LARGEST_TILE_BYTES: u64 = 16 << 20;
+    let Vec2(width, height) = header.max_block_pixel_size();
+    let needed = width as u128 * height as u128 * header.channels.bytes_per_pixel as u128;
+    let limit = most_pixel_bytes(header.compression, file_bytes).min(limits.pixel_bytes).max(LARGEST_TILE_BYTES);
+    if needed > u128::from(limit) {
+        return Err(DecodeError::Memory { needed: u64::try_from(needed).unwrap_or(u64::MAX), limit });
     }
     Ok(())
 }
