@@ -107,19 +107,15 @@ impl Folder {
     /// Why the file cannot be read, and what to do: continues the sentence that begins with its name.
     pub fn read_typed_text(&self, name: &str) -> Result<String, String> {
         self.named.borrow_mut().insert(name.into());
-        read_typed_text(name)
+        let mut bytes = Vec::new();
+        let unreadable = |e: std::io::Error| format!("cannot be read ({e}); {CHECK_IT}");
+        let file = File::open(name).map_err(unreadable)?;
+        file.take(TEXT_LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() as u64 > TEXT_LIMIT_BYTES {
+            return Err(format!("has more than {TEXT_LIMIT_BYTES} bytes, the most that is read"));
+        }
+        String::from_utf8(bytes).map_err(|_| "is not UTF-8 text; save it as such".into())
     }
-}
-
-fn read_typed_text(name: &str) -> Result<String, String> {
-    let mut bytes = Vec::new();
-    let unreadable = |e: std::io::Error| format!("cannot be read ({e}); {CHECK_IT}");
-    let file = File::open(name).map_err(unreadable)?;
-    file.take(TEXT_LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > TEXT_LIMIT_BYTES {
-        return Err(format!("has more than {TEXT_LIMIT_BYTES} bytes, the most that is read"));
-    }
-    String::from_utf8(bytes).map_err(|_| "is not UTF-8 text; save it as such".into())
 }
 
 fn refusal(problem: impl Into<String>) -> Refusal {

@@ -9,6 +9,12 @@ use super::settings::Settings;
 use crate::optics::DropletClass;
 use crate::warning::Warning;
 
+/// Beyond this, double precision no longer resolves a droplet of 100 um, m.
+pub const WORLD_LIMIT_M: f64 = 1e12;
+
+/// Radii below this are no droplets but slips of the unit: an atom, m.
+pub const SMALLEST_RADIUS_M: f64 = 1e-10;
+
 /// One droplet or parcel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {

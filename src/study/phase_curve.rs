@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use rand::{RngExt, SeedableRng};
+
 use super::scatterer::Scatterer;
 use crate::mie::MieError;
 
@@ -93,7 +95,8 @@ fn angles([from, to]: [f64; 2], peak_deg: f64, fringe_deg: Option<f64>, terms: f
     let count = ((span / step).ceil() as usize).min(affordable);
     // Steps that miss fringes would beat with them, were they even: each point is anywhere in its step.
     let misses_fringes = fringe_deg.is_some_and(|fringe| span / count as f64 > fringe / POINTS_PER_FRINGE * 1.5);
-    let moved = |i: usize| if misses_fringes && i > 0 && i < count { hashed_share(i as u64) - 0.5 } else { 0.0 };
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(0);
+    let mut moved = |i: usize| if misses_fringes && i > 0 && i < count { rng.random::<f64>() - 0.5 } else { 0.0 };
     let even = (0..=count).map(|i| from + span * (i as f64 + moved(i)) / count as f64);
     let start = (PEAK_START * peak_deg).min(0.1 * PEAK_END_DEG);
     let ratio = PEAK_END_DEG / start;
@@ -107,14 +110,6 @@ fn angles([from, to]: [f64; 2], peak_deg: f64, fringe_deg: Option<f64>, terms: f
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
-}
-
-/// A number from 0 to 1 that looks random and is always the same: the mixer of SplitMix64 (Steele, Lea & Flood 2014).
-fn hashed_share(i: u64) -> f64 {
-    let mut z = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::collision::Place;
-use super::flight::{air_before, escape, land, meet, next_place, normalize};
+use super::flight::{arrive, go, meet, next_place, normalize};
 use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
@@ -210,7 +210,7 @@ fn fly(
     if random.uniform(Purpose::AirChance, draw) >= chance {
         met.passed_by += in_air;
         scratch.weight.iter_mut().for_each(|weight| *weight /= 1.0 - chance);
-        return arrive(ctx, ray, place, scratch);
+        return if arrive(ctx, ray, place, scratch) { Arrival::Droplets } else { Arrival::Nothing };
     }
     go_to_air(ctx, ray, place, in_air / chance, scratch);
     let u = random.uniform(Purpose::AirPlace, draw);
@@ -219,24 +219,13 @@ fn fly(
     Arrival::Air
 }
 
-/// To the next collision with droplets, or out.
-fn arrive(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, scratch: &mut Scratch) -> Arrival {
-    let Some(place) = place else {
-        escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
-        return Arrival::Nothing;
-    };
-    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
-    if normalize(scratch) { Arrival::Droplets } else { Arrival::Nothing }
-}
-
 /// To a place in the air before the droplets' next collision. That collision has been drawn, and so belongs to the path, although nothing
 /// comes from it: its density stands for what the droplets let pass (theory (51)).
 fn go_to_air(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, factor: f64, scratch: &mut Scratch) {
-    let Some(place) = place else { return escape(factor, scratch) };
-    land(ctx, ray, place, factor, scratch);
-    let Scratch { weight, event, .. } = &mut *scratch;
-    weight.iter_mut().zip(&event.sigma).for_each(|(weight, sigma)| *weight *= sigma);
-    normalize(scratch);
+    if go(ctx, ray, place, factor, scratch) && place.is_some() {
+        let Scratch { weight, event, .. } = scratch;
+        weight.iter_mut().zip(&event.sigma).for_each(|(weight, sigma)| *weight *= sigma);
+    }
 }
 
 fn goes_on(is_air: bool, draw: u32, order: u32, random: &PathRandom, scratch: &mut Scratch) -> bool {

@@ -48,7 +48,7 @@ pub(super) fn force(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, sc
         return false;
     }
     let Some(place) = place_at(ctx, hero, -(-u * opacity).ln_1p(), scratch) else { return false };
-    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
+    land(ctx, ray, place, ctx.air_transmittance(ray, place.t_m(&scratch.crossings)), scratch);
     let Scratch { density, total_depth, .. } = scratch;
     for (density, depth) in density.iter_mut().zip(total_depth) {
         let opacity = -(-*depth).exp_m1();
@@ -65,16 +65,23 @@ pub(super) fn fly(ctx: &RenderContext, ray: &LocalRay, hero: usize, u: f64, scra
         return fly_alone(ctx, ray, body, hero, u, scratch);
     }
     meet(ctx, ray, scratch);
-    match next_place(ctx, hero, u, scratch) {
-        Some(place) => {
-            land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
-            normalize(scratch)
-        }
-        None => {
-            escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
-            false
-        }
+    let place = next_place(ctx, hero, u, scratch);
+    arrive(ctx, ray, place, scratch)
+}
+
+/// To a collision through air, or out of everything; whether there is a collision that a hero could have drawn.
+pub(super) fn arrive(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, scratch: &mut Scratch) -> bool {
+    let end_m = place.map_or(scratch.reach_m, |place| place.t_m(&scratch.crossings));
+    go(ctx, ray, place, ctx.air_transmittance(ray, end_m), scratch) && place.is_some()
+}
+
+/// The same, given what the air lets pass.
+pub(super) fn go(ctx: &RenderContext, ray: &LocalRay, place: Option<Place>, air: f64, scratch: &mut Scratch) -> bool {
+    match place {
+        Some(place) => land(ctx, ray, place, air, scratch),
+        None => escape(air, scratch),
     }
+    normalize(scratch)
 }
 
 /// A collision where one body of fog is all that there is: as `fly`, without lists.
@@ -96,8 +103,7 @@ fn fly_alone(ctx: &RenderContext, ray: &LocalRay, body: &Body, hero: usize, u: f
     }
     let way_m = (end - start).max(0.0);
     scratch.total_depth.iter_mut().zip(c_ext_m2).for_each(|(depth, c_ext_m2)| *depth = load * c_ext_m2 * way_m);
-    escape(ctx.air_transmittance(ray, scratch.reach_m), scratch);
-    false
+    arrive(ctx, ray, None, scratch)
 }
 
 /// Where the next collision with what was met is; `None` where the path leaves all of it behind.
@@ -136,26 +142,23 @@ pub(super) fn fly_near(
     });
     let Some(hit) = hit else {
         meet(ctx, ray, scratch);
-        escape(ctx.air_transmittance(ray, reach_m), scratch);
-        return false;
+        return arrive(ctx, ray, None, scratch);
     };
     gather(ctx, ray, hit.t_m.next_up(), scratch);
     let is_disc = ctx.accel.body(hit.index).kind() == BodyKind::Droplet;
     let disc = scratch.crossings.iter().position(|(body, _)| is_disc && body.id == hit.id);
     let place = disc.map_or(Place::Fog(hit.t_m), |index| Place::Disc(index as u32));
-    land(ctx, ray, place, air_before(ctx, ray, place, scratch), scratch);
-    normalize(scratch)
+    arrive(ctx, ray, Some(place), scratch)
 }
 
 /// The weight of a path that meets nothing more before `scratch.reach_m`, given what the air lets pass.
-pub(super) fn escape(air: f64, scratch: &mut Scratch) {
+fn escape(air: f64, scratch: &mut Scratch) {
     let Scratch { weight, density, total_depth, .. } = scratch;
     for w in 0..weight.len() {
         let passed = (-total_depth[w]).exp();
         weight[w] *= passed * air;
         density[w] *= passed;
     }
-    normalize(scratch);
 }
 
 /// The place at a hero's optical depth.
@@ -166,13 +169,8 @@ fn place_at(ctx: &RenderContext, hero: usize, target: f64, scratch: &mut Scratch
     finder.find(target)
 }
 
-/// What the air lets pass up to a place.
-pub(super) fn air_before(ctx: &RenderContext, ray: &LocalRay, place: Place, scratch: &Scratch) -> f64 {
-    ctx.air_transmittance(ray, place.t_m(&scratch.crossings))
-}
-
 /// Multiplies a collision's transmittance and density in, given what the air lets pass.
-pub(super) fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, air: f64, scratch: &mut Scratch) {
+fn land(ctx: &RenderContext, ray: &LocalRay, place: Place, air: f64, scratch: &mut Scratch) {
     let Scratch { crossings, event, path_depth, weight, density, .. } = scratch;
     event.gather(ctx.media, ray, place, crossings);
     let depth = path_depth.past_discs(ctx.media, crossings, event.t_m, event.disc_id);

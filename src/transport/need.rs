@@ -162,12 +162,9 @@ impl Need {
         let shortest_m = wavelengths_m.iter().copied().fold(f64::INFINITY, f64::min);
         let largest_m = bins.bins.iter().map(|bin| bin.distribution.law().effective_radius_m()).fold(0.0, f64::max);
         let x = (TAU * largest_m / shortest_m).min(scene.settings.accuracy.size_parameter_cap);
-        let n_bins = bins.bins.len();
-        let bytes = glow::predicted_bytes(x, wavelengths_m.len() * n_bins.clamp(1, 1 + glow::MOST_DEVIATIONS));
-        let bin_by_bin = if n_bins > 1 { 4 * glow::MOST_TABLED as u64 } else { 0 };
         self.add(
             "blurred phase functions of what glows",
-            bytes.saturating_add(bin_by_bin.min(bytes)),
+            glow::predicted_bytes(x, wavelengths_m.len(), bins.bins.len()),
             "leave it out with --effects -glow, or ask for fewer spectral bands, or lower accuracy.size_parameter_cap",
         );
     }

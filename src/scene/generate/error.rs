@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::view::MOST_FAR_M;
+use crate::scene::model::WORLD_LIMIT_M;
 use crate::units::format_bytes;
 
 /// A cloud could not be made.
@@ -93,7 +93,7 @@ pub enum GenerateError {
     Overlap { value: f64 },
     /// Camera or sun cannot be placed.
     #[error(
-        "{what} must be finite and at most {MOST_FAR_M:e} m away, with the camera away from what it looks at and a field of view between 0 and 180 degrees"
+        "{what} must be finite and at most {WORLD_LIMIT_M:e} m away, with the camera away from what it looks at and a field of view between 0 and 180 degrees"
     )]
     View { what: &'static str },
 }

@@ -9,6 +9,7 @@ use super::recipe::{Content, Recipe};
 use super::shape::CloudShape;
 use super::sizes::Sizes;
 use crate::optics::distribution::Shape;
+use crate::scene::model::SMALLEST_RADIUS_M;
 use crate::warning::Warning;
 
 /// Liquid water of radiation fog and small cumulus, g/m^3 (Hess, Koepke & Schult 1998: 0.06 to 0.3).
@@ -22,9 +23,6 @@ const INDEPENDENT_FRACTION: f64 = 0.006;
 
 /// Spheres in random order fill no larger share (Scott & Kilgour 1969).
 const PACKED_FRACTION: f64 = 0.64;
-
-/// Smaller radii are no droplets but slips of the unit, to readers: an atom, m.
-const LEAST_DRAWN_M: f64 = 1e-10;
 
 /// What the particles hold.
 pub(super) struct Filling {
@@ -255,8 +253,8 @@ fn check_magnified(recipe: &Recipe, magnification: f64, radii_um: &[f32]) -> Res
 
 /// Droplets drawn smaller than an atom would be refused by whoever reads them.
 fn check_drawn(radius_m: f64) -> Result<(), GenerateError> {
-    match radius_m < LEAST_DRAWN_M {
-        true => Err(GenerateError::Tiny { radius_m, least_m: LEAST_DRAWN_M }),
+    match radius_m < SMALLEST_RADIUS_M {
+        true => Err(GenerateError::Tiny { radius_m, least_m: SMALLEST_RADIUS_M }),
         false => Ok(()),
     }
 }

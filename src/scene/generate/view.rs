@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::error::GenerateError;
 use super::shape::CloudShape;
-use crate::scene::model::{Camera, Lens, Sun};
+use crate::scene::model::{Camera, Lens, Sun, WORLD_LIMIT_M};
 
 /// Camera and sun of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,6 @@ const CUMULUS_BELOW_DEG: f64 = 8.0;
 
 /// Width over height of the picture.
 const ASPECT: f64 = 16.0 / 9.0;
-
-/// Readers place nothing farther from the origin, m.
-pub(super) const MOST_FAR_M: f64 = 1e12;
 
 /// Free room around the cloud in the picture, relative to its size.
 const MARGIN: f64 = 1.15;
@@ -129,7 +126,7 @@ impl View {
 }
 
 fn is_near(position_m: DVec3) -> bool {
-    position_m.abs().max_element() <= MOST_FAR_M
+    position_m.abs().max_element() <= WORLD_LIMIT_M
 }
 
 /// The direction from the cloud to the camera that frames it.

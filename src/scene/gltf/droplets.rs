@@ -8,7 +8,7 @@ use super::classes::Classes;
 use super::instancing::{Instances, carry_radii};
 use super::materials::{Surface, Surfaces};
 use super::meshes::{Mesh, Meshes, Morphs, Points};
-use super::nodes::{Uniformity, Visit, WORLD_LIMIT_M, length_scale};
+use super::nodes::{Uniformity, Visit, length_scale};
 use super::particles::{Group, Particles, Source};
 use super::unrendered::{Kind, Unrendered};
 use crate::excerpt::excerpt;
@@ -16,7 +16,7 @@ use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::folder::Folder;
 use crate::scene::glob;
 use crate::scene::marks::{MARKS, MarkKind, Marks, NODE_LIGHT};
-use crate::scene::model::FogBox;
+use crate::scene::model::{FogBox, WORLD_LIMIT_M};
 use crate::scene::settings_parse::{apply, entries_of_extras};
 
 /// What the user's flags say about droplets.

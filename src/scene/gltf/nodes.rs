@@ -4,9 +4,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::document::{Children, Document, Node, label};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
-
-/// Beyond this, double precision no longer resolves a droplet of 100 um, m.
-pub const WORLD_LIMIT_M: f64 = 1e12;
+use crate::scene::model::WORLD_LIMIT_M;
 
 /// A node on its way through the scene.
 pub struct Visit<'a> {

@@ -9,12 +9,8 @@ use super::unrendered::{Kind, Unrendered};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::fog::ball_volume_m3;
 use crate::scene::marks::{MarkKind, Marks};
-use crate::scene::model::{FogBalls, FogDensity, Particle, ParticleKind};
+use crate::scene::model::{FogBalls, FogDensity, Particle, ParticleKind, SMALLEST_RADIUS_M, WORLD_LIMIT_M};
 
-/// Radii below this are no droplets but slips of the unit: an atom, m.
-const SMALLEST_RADIUS_M: f64 = 1e-10;
-/// As the limit on positions, m.
-const LARGEST_RADIUS_M: f64 = 1e12;
 /// Raindrops above this radius break up in air (Pruppacher & Klett 1997, section 10.3.5), m.
 const LARGEST_DROP_M: f64 = 5e-3;
 
@@ -191,7 +187,7 @@ impl Particles {
 }
 
 fn check_radius(radius_m: f64, what: &str, i: u64, group: &Group) -> SceneResult<()> {
-    if (SMALLEST_RADIUS_M..=LARGEST_RADIUS_M).contains(&radius_m) {
+    if (SMALLEST_RADIUS_M..=WORLD_LIMIT_M).contains(&radius_m) {
         return Ok(());
     }
     let what = format!("particle {i}: {what}");

@@ -129,9 +129,7 @@ mod tests {
         };
         let names = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j"];
         let many: Vec<Row> = names.iter().flat_map(|name| knob(name, 9)).collect();
-        let began = std::time::Instant::now();
         assert_eq!(cheapest(&finest, &many, 0.02).flags.len(), names.len());
-        assert!(began.elapsed().as_secs() < 20, "{:?}", began.elapsed());
         let few: Vec<Row> = names[..3].iter().flat_map(|name| knob(name, 4)).collect();
         let options = |name: &str| -> Vec<Option<&Row>> {
             std::iter::once(None).chain(few.iter().filter(|row| row.knob == name).map(Some)).collect()
@@ -142,6 +140,8 @@ mod tests {
             let with = |c: &Choice, row: Option<&Row>| row.map_or_else(|| c.clone(), |row| add(c, &finest, row));
             all = all.iter().flat_map(|c| options(name).into_iter().map(move |row| with(c, row))).collect();
         }
+        let stayed = unbeaten(all.clone()).len();
+        assert!(2 * stayed < all.len(), "{stayed} of {}", all.len());
         let best = all.into_iter().map(|c| price(&finest, c, 0.02).cpu_s).fold(f64::INFINITY, f64::min);
         assert_eq!(cheapest(&finest, &few, 0.02).cpu_s, best);
     }

@@ -6,7 +6,7 @@ use super::blur::BlurTable;
 use crate::transport::media::Media;
 
 /// Numbers of sharp phase tables that are kept bin by bin; beyond, single droplets too are told apart by deviations.
-pub(in crate::transport) const MOST_TABLED: usize = 1 << 24;
+pub(super) const MOST_TABLED: usize = 1 << 24;
 
 /// Phase functions of single bins on the grid of the mixture's, wavelengths running fastest.
 pub(super) struct BinPhases {

@@ -73,7 +73,7 @@ pub(super) fn step_for(largest_value: f64) -> f64 {
 /// Bytes that tables of so many functions take while they are made, about and rather too many; `x` is the largest size parameter. The forward peak
 /// of such a sphere is x^2 / 8 pi high, since half of its light lies in it. All levels together have 4.4 times the sharp one's rows, and room to grow;
 /// three levels at a time are there in double precision.
-pub(in crate::transport) fn predicted_bytes(x: f64, n_channels: usize) -> u64 {
+pub(super) fn predicted_bytes(x: f64, n_channels: usize) -> u64 {
     let (rows, n) = (8f64.sqrt() / step_for(x * x / (8.0 * std::f64::consts::PI)), n_channels as f64);
     let kept = 5.4 * rows * (4.0 * n + size_of::<Lead>() as f64);
     let working = 3.0 * rows * 8.0 * (n + 1.0);

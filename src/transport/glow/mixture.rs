@@ -10,7 +10,7 @@ use crate::transport::media::Media;
 use crate::transport::random::hash_uniform;
 
 /// Deviations that are kept at most.
-pub(in crate::transport) const MOST_DEVIATIONS: usize = 12;
+pub(super) const MOST_DEVIATIONS: usize = 12;
 
 /// Beyond so many one more must take away at least this part of what remains: the fringes of single sizes are all different.
 const FEW_DEVIATIONS: usize = 6;

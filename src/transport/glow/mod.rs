@@ -31,12 +31,9 @@ mod weigh;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::bin_phases::BinPhases;
-pub(super) use self::bin_phases::MOST_TABLED;
-pub(super) use self::blur::predicted_bytes;
+use self::bin_phases::{BinPhases, MOST_TABLED};
 use self::blur::{BlurTable, step_for};
-pub(super) use self::mixture::MOST_DEVIATIONS;
-use self::mixture::Mixture;
+use self::mixture::{MOST_DEVIATIONS, Mixture};
 use self::runs::Run;
 use self::shape::own_grains;
 use self::sources::{OpticalRows, Slot, SunShare, amount_of, drawn_radius_m, own_variance_m2};
@@ -264,6 +261,13 @@ fn suns(lighting: &Lighting) -> Vec<GlowSun> {
         share: (light(&sun.irradiance) / total) as f32,
     };
     lighting.suns.iter().map(one).collect()
+}
+
+/// Bytes that the blurred phase functions of droplets up to a size parameter take while they are made, about and rather too many.
+pub(super) fn predicted_bytes(x: f64, n_wavelengths: usize, n_bins: usize) -> u64 {
+    let mixture = blur::predicted_bytes(x, n_wavelengths * n_bins.clamp(1, 1 + MOST_DEVIATIONS));
+    let bin_by_bin = if n_bins > 1 { (size_of::<f32>() * MOST_TABLED) as u64 } else { 0 };
+    mixture.saturating_add(bin_by_bin.min(mixture))
 }
 
 /// The air's phase functions: one where all wavelengths share it.
