@@ -23,8 +23,8 @@ SCENES = Path(__file__).resolve().parent.parent / "scenes"
 BALL = "--shape ball --size 2m --count 2000 --kind parcels --distribution gamma:reff=6um,veff=0.1 --optical-depth"
 
 
-def gltf(lux: float, settings: dict, fog: dict | None = None) -> str:
-    """A camera that looks along -Z, a sun 45 degrees high behind it, and fog in a box before it."""
+def gltf(lux: float, settings: dict, *boxes: tuple[list, list, dict]) -> str:
+    """A camera that looks along -Z, a sun 45 degrees high behind it, and boxes of fog: corners, and what is set of each."""
     scene = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -37,20 +37,39 @@ def gltf(lux: float, settings: dict, fog: dict | None = None) -> str:
         "extensionsUsed": ["KHR_lights_punctual"],
         "extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": lux, "name": "Sun"}]}},
     }
-    if fog:
-        corners = [-15.0, -3.0, -40.0], [15.0, 6.0, -10.0]
-        data = base64.b64encode(struct.pack("<6f", *corners[0], *corners[1])).decode()
-        scene["buffers"] = [{"byteLength": 24, "uri": "data:application/octet-stream;base64," + data}]
-        scene["bufferViews"] = [{"buffer": 0, "byteLength": 24}]
-        position = {"componentType": 5126, "type": "VEC3", "count": 2, "min": corners[0], "max": corners[1], "bufferView": 0}
-        scene["accessors"] = [position]
-        scene["meshes"] = [{"primitives": [{"attributes": {"POSITION": 0}}], "extras": {"mie_cloud": {"kind": "fog", **fog}}}]
-        scene["nodes"].append({"mesh": 0, "name": "Fog"})
-        scene["scenes"][0]["nodes"].append(2)
+    for key in ("buffers", "bufferViews", "accessors", "meshes") if boxes else ():
+        scene[key] = []
+    for i, (low, high, fog) in enumerate(boxes):
+        data = base64.b64encode(struct.pack("<6f", *low, *high)).decode()
+        scene["buffers"].append({"byteLength": 24, "uri": "data:application/octet-stream;base64," + data})
+        scene["bufferViews"].append({"buffer": i, "byteLength": 24})
+        position = {"componentType": 5126, "type": "VEC3", "count": 2, "min": low, "max": high, "bufferView": i}
+        scene["accessors"].append(position)
+        scene["meshes"].append({"primitives": [{"attributes": {"POSITION": i}}], "extras": {"mie_cloud": {"kind": "fog", **fog}}})
+        scene["nodes"].append({"mesh": i, "name": f"Fog {i + 1}"})
+        scene["scenes"][0]["nodes"].append(2 + i)
     return json.dumps(scene)
 
 
+def valley(**fog: float) -> tuple[list, list, dict]:
+    """A box that fills the lower two thirds of the picture."""
+    return [-15.0, -3.0, -40.0], [15.0, 6.0, -10.0], fog
+
+
+def wall(**fog: float) -> tuple[list, list, dict]:
+    """A box that fills the picture."""
+    return [-15.0, -8.0, -40.0], [15.0, 8.0, -10.0], fog
+
+
+def slats(n: int) -> list[tuple[list, list, dict]]:
+    """Bars of soot above the camera, through which nothing shines: between them the sun does."""
+    soot = {"extinction_per_m": 20.0, "material": "n=1.75,k=0.44"}
+    return [([2.0 * i - n, 3.0, -14.0], [2.0 * i - n + 1.4, 3.4, -4.0], soot) for i in range(n)]
+
+
 HAZE = {"atmosphere": {"scattering_per_m": 1e-4, "depth_m": 5000, "step_m": 50, "phase": "hg:0.7"}}
+# Mist by day, a mile through which things are seen.
+MIST = {"scattering_per_m": 2.5e-3, "phase": "hg:0.7", "depth_m": 40, "step_m": 1}
 FOG = {"distribution": "gamma:reff=6um,veff=0.1"}
 SOOT = {"distribution": "lognormal:rg=0.05um,sigma=0.6", "material": "n=1.75,k=0.44"}
 DARK = {"radiance": [0.02, 0.03, 0.06]}
@@ -71,16 +90,18 @@ def in_clean_air(**air: float) -> list[str]:
 CASES = [
     ("thin cloud", f"{BALL} 0.1", []),
     ("thick cloud", "--shape cumulus --size 1km --count 2000 --kind parcels --optical-depth 20", []),
+    ("thick fog", gltf(1e5, {"droplets": FOG}, wall(extinction_per_m=0.4)), []),
     ("magnified droplet", "droplet.gltf", ["--effects", "auto", "--set", "spectral.mode=rgb"]),
     ("steam with shafts", "steam.gltf", ["--effects", "auto"]),
+    ("shafts between slats", gltf(1e5, {"droplets": FOG, "atmosphere": MIST}, *slats(6)), []),
     ("absorbing cloud", f"{BALL} 3", ["--set", "droplets.material=n=1.5,k=0.05"]),
     ("empty sky with haze", gltf(1e5, HAZE), []),
     ("fogbow", "fogbow.gltf", ["--effects", "auto"]),
-    ("night, background only", gltf(0.0, {"background": DARK, "droplets": FOG}, {"extinction_per_m": 0.05}), []),
-    ("mist before a sky, in air", gltf(1e5, {"background": SKY, "droplets": FOG, "atmosphere": CLEAN}, {"extinction_per_m": 2e-4}), []),
-    ("fog before a sky, in air", gltf(1e5, {"background": SKY, "droplets": FOG, "atmosphere": CLEAN}, {"extinction_per_m": 0.05}), []),
-    ("soot before a sky, in air", gltf(1e5, {"background": SKY, "droplets": SOOT, "atmosphere": CLEAN}, {"extinction_per_m": 0.05}), []),
-    ("night, in air", gltf(0.0, {"background": DARK, "droplets": FOG, "atmosphere": CLEAN}, {"extinction_per_m": 0.05}), []),
+    ("night, background only", gltf(0.0, {"background": DARK, "droplets": FOG}, valley(extinction_per_m=0.05)), []),
+    ("mist before a sky, in air", gltf(1e5, {"background": SKY, "droplets": FOG, "atmosphere": CLEAN}, valley(extinction_per_m=2e-4)), []),
+    ("fog before a sky, in air", gltf(1e5, {"background": SKY, "droplets": FOG, "atmosphere": CLEAN}, valley(extinction_per_m=0.05)), []),
+    ("soot before a sky, in air", gltf(1e5, {"background": SKY, "droplets": SOOT, "atmosphere": CLEAN}, valley(extinction_per_m=0.05)), []),
+    ("night, in air", gltf(0.0, {"background": DARK, "droplets": FOG, "atmosphere": CLEAN}, valley(extinction_per_m=0.05)), []),
     ("fogbow, in air", "fogbow.gltf", ["--effects", "auto", *in_clean_air(depth_m=300, step_m=10)]),
     ("thin cloud, in air", f"{BALL} 0.1", in_clean_air()),
     ("cumulus before a sky, in air", "cumulus.gltf", ["--effects", "auto", *in_clean_air(depth_m=3000, step_m=50)]),
