@@ -120,6 +120,34 @@ fn shadows_of_a_disc_have_soft_edges() {
     assert!((half / bright - 0.5).abs() < 0.02, "{half} of {bright}");
 }
 
+/// Rationale: a droplet that is glass casts the shadow of its extinction, which is wider than the ball, but to the eye it ends at its outline.
+/// Set-up: a magnified droplet before the disc, seen by both cameras. Expected: in the ring between, the disc undimmed.
+#[test]
+fn the_disc_is_seen_right_beside_a_glass_ball() {
+    let radius_m = 0.1;
+    let radiance = 1.0 / (2.0 * PI * (1.0 - 1f64.to_radians().cos()));
+    for (name, lens) in [
+        ("perspective", Lens::Perspective { yfov_rad: 2.0 * (0.2f64 / 10.0).atan(), aspect: None }),
+        ("orthographic", Lens::Orthographic { xmag_m: 0.2, ymag_m: 0.2 }),
+    ] {
+        let mut scene = toward_the_sun(3.0);
+        scene.particles = vec![droplet(DVec3::ZERO, radius_m, 5e-6)];
+        scene.camera.position_m = DVec3::new(0.0, 0.0, 10.0);
+        scene.camera.lens = lens;
+        let picture = channels(&render_with(scene, 16, 1, &BTreeMap::from([(Effect::Refraction, Switch::On)])));
+        let place = |i: usize| (i as f64 + 0.5) * 0.4 / 32.0 - 0.2;
+        let distance = |i: usize| place(i % 32).hypot(place(i / 32));
+        // A pixel's half diagonal is 0.09 of the radius; the shadow would reach to 1.5.
+        let ring: Vec<f64> = (0..32 * 32)
+            .filter(|i| (1.12 * radius_m..1.4 * radius_m).contains(&distance(*i)))
+            .map(|i| f64::from(picture["background.G"][i]) / radiance)
+            .collect();
+        assert!(ring.len() > 40 && ring.iter().all(|seen| (seen - 1.0).abs() < 1e-5), "{name} {ring:?}");
+        let middle = f64::from(picture["background.G"][32 * 16 + 16]);
+        assert!(middle < 1e-6 * radiance, "{name}: {middle}");
+    }
+}
+
 /// Rationale: what a disc of a part of a pixel sends is known as well as that of a large one. Set-up: the sun's own disc (0.533 degrees) in
 /// pixels of several degrees: in the middle of one, on a corner of four, near the corner of a wide view, half out of the picture; without and behind
 /// fog. Expected: its irradiance (half of it at the edge) times the fog's transmittance, from few samples.

@@ -6,6 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use super::camera::{CameraRay, camera_ray};
+use super::flight::meet;
 use super::lighting::SunLight;
 use super::path::turn_h;
 use super::random::PathRandom;
@@ -143,8 +144,10 @@ fn add(ctx: &RenderContext, sun: &SunLight, ray: &CameraRay, radiance: f64, scra
     }
     scratch.rays.shadow += 1;
     let radiance = radiance * ctx.air_transmittance(&ray, f64::INFINITY);
-    let Scratch { sun_depth, layers, .. } = scratch;
-    let depths = sun_depth.along(ctx.accel, ctx.media, &ray, f64::INFINITY);
-    let seen = depths.iter().zip(&sun.irradiance).map(|(depth, irradiance)| radiance * (-depth).exp() * irradiance);
+    // Not as shadows are: droplets that are glass hide as much as their outline, and no more.
+    scratch.reach_m = f64::INFINITY;
+    meet(ctx, &ray, scratch);
+    let Scratch { total_depth, layers, .. } = scratch;
+    let seen = total_depth.iter().zip(&sun.irradiance).map(|(depth, irradiance)| radiance * (-depth).exp() * irradiance);
     layers[Layer::Background as usize].iter_mut().zip(seen).for_each(|(sum, seen)| *sum += seen);
 }
