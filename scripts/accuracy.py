@@ -15,6 +15,7 @@ import resource
 import struct
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 # The program takes as many samples before it looks at noise.
@@ -62,7 +63,7 @@ def wall(**fog: float) -> tuple[list, list, dict]:
 
 
 def slats(n: int) -> list[tuple[list, list, dict]]:
-    """Bars of soot above the camera, through which nothing shines: between them the sun does."""
+    """Bars of soot above the camera, through which nothing shines: between them the sun does. Black bars do not glow."""
     soot = {"extinction_per_m": 20.0, "material": "n=1.75,k=0.44"}
     return [([2.0 * i - n, 3.0, -14.0], [2.0 * i - n + 1.4, 3.4, -4.0], soot) for i in range(n)]
 
@@ -93,7 +94,7 @@ CASES = [
     ("thick fog", gltf(1e5, {"droplets": FOG}, wall(extinction_per_m=0.4)), []),
     ("magnified droplet", "droplet.gltf", ["--effects", "auto", "--set", "spectral.mode=rgb"]),
     ("steam with shafts", "steam.gltf", ["--effects", "auto"]),
-    ("shafts between slats", gltf(1e5, {"droplets": FOG, "atmosphere": MIST}, *slats(6)), []),
+    ("shafts between slats", gltf(1e5, {"droplets": FOG, "atmosphere": MIST, "effects": {"glow": "off"}}, *slats(6)), []),
     ("absorbing cloud", f"{BALL} 3", ["--set", "droplets.material=n=1.5,k=0.05"]),
     ("empty sky with haze", gltf(1e5, HAZE), []),
     ("fogbow", "fogbow.gltf", ["--effects", "auto"]),
@@ -171,16 +172,16 @@ def plan_row(program: Program, name: str, scene: Path, flags: list, args) -> tup
     return line, report
 
 
-def target_rows(program: Program, name: str, scene: Path, flags: list, args) -> list[str]:
+def target_rows(program: Program, name: str, scene: Path, flags: list, args) -> Iterator[str]:
     """Whether each accuracy asked for is got; what a fine one takes is predicted from the one before."""
-    lines, pilot = [], None
+    pilot = None
     common = [str(scene), *flags, "--resolution", args.small]
     for text in args.targets.split(","):
         target = float(text)
         # Samples go with one over the square of the target; 16 per pixel are the fewest.
         longer = pilot and max((pilot[0] / target) ** 2, 1)
         if pilot and pilot[2] * longer > args.limit:
-            lines.append(f"| {name} | {100 * target:g} % | not measured | | | | | {pilot[1] * longer:.0f} predicted | |")
+            yield f"| {name} | {100 * target:g} % | not measured | | | | | {pilot[1] * longer:.0f} predicted | |"
             continue
         before = cpu_of_children_s()
         bench = [*common, "--spp", "2", "--knobs", "target", "--targets", text]
@@ -188,11 +189,10 @@ def target_rows(program: Program, name: str, scene: Path, flags: list, args) -> 
         row, error = rows[0], mean_difference([row["error"] for row in rows])
         pilot = (row["noise"], row["cpu_s"], cpu_of_children_s() - before)
         bias = f"{100 * error['bias']:+.2f} ± {100 * error['bias_error']:.2f} %"
-        lines.append(
+        yield (
             f"| {name} | {100 * target:g} % | {share(error)} | {kept(error, target, row['spp'])} | {bias} | {100 * row['noise']:.2g} % "
             f"| {row['spp']} | {row['cpu_s']:.2f} | {said(program, common, text)} |"
         )
-    return lines
 
 
 def mean_difference(differences: list[dict]) -> dict:
@@ -259,9 +259,9 @@ def main() -> None:
                 plans.append(plan_row(program, name, scene, flags, args)[0])
                 print(plans[-1], flush=True)
             if not args.skip_targets:
-                rows = target_rows(program, name, scene, flags, args)
-                targets.extend(rows)
-                print(*rows, sep="\n", flush=True)
+                for row in target_rows(program, name, scene, flags, args):
+                    targets.append(row)
+                    print(row, flush=True)
     if plans:
         print("\n| scene | left out as faint; number without a cause | difference | within the target | wrongly left out | could be off | time, same samples | time to the target |")
         print("|---|---|---|---|---|---|---|---|", *plans, sep="\n")

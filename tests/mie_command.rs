@@ -103,7 +103,7 @@ fn spheres_agree_with_the_reference() {
 
 #[test]
 fn distributions_agree_with_the_reference() {
-    let file: Value = serde_json::from_str(include_str!("data/mie/mie_poly_public.json")).unwrap();
+    let file: Value = serde_json::from_str(include_str!("data/mie/size_averages.json")).unwrap();
     let angles: Vec<String> = numbers(&file["angles_deg"]).iter().map(f64::to_string).collect();
     // hazeL: alpha / gamma / rc^gamma = 15.1186.
     let haze = format!("modgamma:alpha=2,gamma=0.5,rc={:e}um", (4.0f64 / 15.1186).powi(2));

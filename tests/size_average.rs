@@ -31,7 +31,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 #[test]
 fn averages_agree_with_the_reference() {
-    let text = include_str!("data/mie/mie_poly_public.json");
+    let text = include_str!("data/mie/size_averages.json");
     let file: Value = serde_json::from_str(text).expect("JSON");
     let angles: Vec<f64> = numbers(&file["angles_deg"]).iter().map(|deg| deg.to_radians()).collect();
     let mut failures = Vec::new();

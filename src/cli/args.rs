@@ -47,7 +47,7 @@ pub enum Command {
     /// Prints what one sphere or a size distribution does to light
     ///
     /// Efficiencies or cross sections, asymmetry, amplitudes and phase function by Lorenz-Mie theory, for size parameters from
-    /// 1e-6 to 1e6 and any index.
+    /// 1e-6 to 1e6 and indices n + ik with n from 0.05 to 20 and k from 0 to 100.
     #[command(after_help = help::MIE)]
     Mie(Box<MieArgs>),
     /// Shows what was understood of a scene and what would be simulated

@@ -120,7 +120,8 @@ fn held(args: &RenderArgs, request: &RenderRequest) -> Held {
 
 /// What was saved, and how to go on from it.
 fn say_interrupted(args: &RenderArgs, samples: u32) {
-    say!("interrupted: {} keeps {samples} samples per pixel", args.output.display());
+    let plural = if samples == 1 { "" } else { "s" };
+    say!("interrupted: {} keeps {samples} sample{plural} per pixel", args.output.display());
     match &args.checkpoint {
         Some(path) => say!("go on from here with the same flags and `--resume {}`", path.display()),
         None if args.samples.is_some() => say!("it is not a whole part: `merge` will not take it"),

@@ -81,7 +81,10 @@ pub fn parse_nonnegative(text: &str) -> Result<f64, String> {
 }
 
 pub fn parse_share(text: &str) -> Result<f64, String> {
-    number(text).and_then(|v| if v > 0.0 && v < 1.0 { Ok(v) } else { Err("a number between 0 and 1 is needed".into()) })
+    number(text)
+        .ok()
+        .filter(|v| *v > 0.0 && *v < 1.0)
+        .ok_or_else(|| format!("a number between 0 and 1 is needed{}", percent_hint(text)))
 }
 
 /// An index such as `1.33,0`, or `1.33` without absorption; its range is the theory's business.
@@ -98,9 +101,16 @@ pub fn parse_index(text: &str) -> Result<Complex64, String> {
 pub fn parse_accuracy(text: &str) -> Result<f64, String> {
     accuracy_level(text).ok_or_else(|| {
         let names = ACCURACY_NAMES.map(|(name, _)| name);
-        let hint = did_you_mean(text, names);
+        let hint = did_you_mean(text, names) + &percent_hint(text);
         format!("{} or a number above 0 and at most 1 is needed{hint}", names.join(", "))
     })
+}
+
+/// What a number of percent would be, where one seems to be meant: empty else.
+fn percent_hint(text: &str) -> String {
+    let percent = text.trim().trim_end_matches('%').trim_end().parse::<f64>().ok();
+    let meant = percent.filter(|v| (text.contains('%') || *v >= 1.0) && *v > 0.0 && *v < 100.0);
+    meant.map_or(String::new(), |v| format!("; {v} % is {}", v / 100.0))
 }
 
 fn whole<const N: usize>(text: &str, separator: char, form: &str) -> Result<[u32; N], String> {
@@ -182,6 +192,14 @@ mod tests {
         assert_eq!(parse_point("20m,-2m,0.5km"), Ok([20.0, -2.0, 500.0]));
         assert_eq!(parse_water("0.3g/m3"), Ok(0.3));
         assert!(parse_water("0.3").is_err());
+    }
+
+    #[test]
+    fn percent_are_answered_with_the_share_that_was_meant() {
+        let said = |text| parse_share(text).err().unwrap_or_default();
+        assert!(said("5").ends_with("; 5 % is 0.05") && said("2.5%").ends_with("; 2.5 % is 0.025"), "{}", said("5"));
+        assert!(parse_accuracy("2%").err().unwrap_or_default().ends_with("; 2 % is 0.02"));
+        assert!(!said("-1").contains('%') && !said("0").contains('%') && !said("200").contains('%'));
     }
 
     #[test]

@@ -110,7 +110,7 @@ fn complete(name: String, parts: Parts) -> SceneResult<Scene> {
         }
         warnings.push(Warning::new(
             "the scene holds no droplets and no fog",
-            "mark meshes with kind = \"droplet\" or \"fog\", or use --droplets or --radius",
+            "mark meshes with kind = \"droplet\" or \"fog\", give points a _RADIUS, or use --droplets or --radius",
         ));
     }
     warnings.extend(camera.as_ref().and_then(|camera| stretched(camera, settings.image.resolution)));

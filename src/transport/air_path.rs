@@ -6,7 +6,7 @@
 
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::collision::Place;
-use super::flight::{arrive, go, meet, next_place, normalize};
+use super::flight::{Crowd, arrive, go, meet, next_place, normalize};
 use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
@@ -81,7 +81,7 @@ pub(super) fn add_air_path(
     ctx: &RenderContext,
     leg: &LocalRay,
     left: Option<u32>,
-    is_crowded: bool,
+    crowd: Crowd,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
@@ -121,7 +121,7 @@ pub(super) fn add_air_path(
             order: draw,
             sun,
             sun_depth,
-            is_crowded,
+            is_crowded: crowd.near_chains,
             least_chance: LEAST_CHAIN,
             most_turns,
             layer: Layer::AirMultiple,

@@ -148,6 +148,7 @@ fn add(ctx: &RenderContext, sun: &SunLight, ray: &CameraRay, radiance: f64, scra
     scratch.reach_m = f64::INFINITY;
     meet(ctx, &ray, scratch);
     let Scratch { total_depth, layers, .. } = scratch;
-    let seen = total_depth.iter().zip(&sun.irradiance).map(|(depth, irradiance)| radiance * (-depth).exp() * irradiance);
+    let seen =
+        total_depth.iter().zip(&sun.irradiance).map(|(depth, irradiance)| radiance * (-depth).exp() * irradiance);
     layers[Layer::Background as usize].iter_mut().zip(seen).for_each(|(sum, seen)| *sum += seen);
 }

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::chain::{MOST_TURNS, Station, begin_chain, follow_chain, pick_sun};
-use super::flight::{SURFACE_FLIGHTS, fly, fly_near, force, is_crowded, normalize};
+use super::flight::{Crowd, SURFACE_FLIGHTS, fly, fly_near, force, normalize};
 use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Ways};
 use super::random::{PathRandom, Purpose};
@@ -33,10 +33,10 @@ const LONG_PATH: u32 = 512;
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {
     scratch.begin_path();
     scratch.branches.clear();
-    let is_crowded = is_crowded(scratch);
-    follow_path(ctx, camera_ray, 1, is_crowded, random, scratch);
+    let crowd = Crowd::of(scratch);
+    follow_path(ctx, camera_ray, 1, crowd, random, scratch);
     while let Some(branch) = scratch.take_up() {
-        follow_path(ctx, &branch.ray, branch.order + 1, is_crowded, &branch.random, scratch);
+        follow_path(ctx, &branch.ray, branch.order + 1, crowd, &branch.random, scratch);
     }
 }
 
@@ -45,7 +45,7 @@ fn follow_path(
     ctx: &RenderContext,
     start: &LocalRay,
     first_order: u32,
-    is_crowded: bool,
+    crowd: Crowd,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) {
@@ -54,7 +54,7 @@ fn follow_path(
     for order in first_order..=ctx.max_order {
         let collided = match order {
             1 => force(ctx, &ray, hero, random.uniform(Purpose::Collision, order), scratch),
-            _ => travel(ctx, &mut ray, order, is_crowded, random, scratch),
+            _ => travel(ctx, &mut ray, order, crowd, random, scratch),
         };
         if !collided {
             return;
@@ -79,7 +79,7 @@ fn follow_path(
             order,
             sun,
             sun_depth,
-            is_crowded,
+            is_crowded: crowd.near_chains,
             least_chance: LEAST_CHANCE,
             most_turns,
             layer,
@@ -111,7 +111,7 @@ fn travel(
     ctx: &RenderContext,
     ray: &mut LocalRay,
     order: u32,
-    is_crowded: bool,
+    crowd: Crowd,
     random: &PathRandom,
     scratch: &mut Scratch,
 ) -> bool {
@@ -120,7 +120,7 @@ fn travel(
     loop {
         let ahead = scratch.look_ahead(ctx, ray, left);
         if !ahead.is_some_and(|ahead| ahead.is_inside) {
-            let collided = match is_crowded {
+            let collided = match crowd.near_flights {
                 true => fly_near(ctx, ray, hero, flight, random, scratch),
                 false => fly(ctx, ray, hero, u, scratch),
             };

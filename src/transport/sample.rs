@@ -3,7 +3,7 @@
 use super::air_path::add_air_path;
 use super::camera::camera_ray;
 use super::disc::{add_discs, draws_discs};
-use super::flight::{is_crowded, meet};
+use super::flight::{Crowd, meet};
 use super::forward::ForwardLobes;
 use super::glass::{Ahead, Carried, Glass, Ways};
 use super::glow::Glow;
@@ -185,7 +185,7 @@ fn add_leg(
     }
     // What the ray meets, all of it: its transmittance is exact, and empty rays end here.
     meet(ctx, ray, scratch);
-    let is_crowded = is_crowded(scratch);
+    let crowd = Crowd::of(scratch);
     let air = ctx.air_transmittance(ray, scratch.reach_m);
     let Scratch { total_depth, passed, .. } = scratch;
     for (passed, depth) in passed.iter_mut().zip(total_depth) {
@@ -200,7 +200,7 @@ fn add_leg(
     }
     if ctx.max_air_order > 0 {
         repeat(Part::AirPaths, random, scratch, |random, scratch| {
-            add_air_path(ctx, ray, left, is_crowded, random, scratch);
+            add_air_path(ctx, ray, left, crowd, random, scratch);
         });
     }
     scratch.is_refracted = scratch.leg > 0;
