@@ -69,6 +69,9 @@ def slats(n: int) -> list[tuple[list, list, dict]]:
 
 
 HAZE = {"atmosphere": {"scattering_per_m": 1e-4, "depth_m": 5000, "step_m": 50, "phase": "hg:0.7"}}
+# As cheap as they can be where finest accuracy is dear: three wavelengths whatever is asked for, and no glow of black bodies.
+RGB = {"spectral": {"mode": "rgb"}}
+UNLIT = {"effects": {"glow": "off"}}
 # Mist by day, a mile through which things are seen.
 MIST = {"scattering_per_m": 2.5e-3, "phase": "hg:0.7", "depth_m": 40, "step_m": 1}
 FOG = {"distribution": "gamma:reff=6um,veff=0.1"}
@@ -91,10 +94,10 @@ def in_clean_air(**air: float) -> list[str]:
 CASES = [
     ("thin cloud", f"{BALL} 0.1", []),
     ("thick cloud", "--shape cumulus --size 1km --count 2000 --kind parcels --optical-depth 20", []),
-    ("thick fog", gltf(1e5, {"droplets": FOG}, wall(extinction_per_m=0.4)), []),
+    ("thick fog, in rgb", gltf(1e5, {"droplets": FOG, **RGB}, wall(extinction_per_m=0.4)), []),
     ("magnified droplet", "droplet.gltf", ["--effects", "auto", "--set", "spectral.mode=rgb"]),
     ("steam with shafts", "steam.gltf", ["--effects", "auto"]),
-    ("shafts between slats", gltf(1e5, {"droplets": FOG, "atmosphere": MIST, "effects": {"glow": "off"}}, *slats(6)), []),
+    ("shafts between slats, in rgb", gltf(1e5, {"droplets": FOG, "atmosphere": MIST, **RGB, **UNLIT}, *slats(6)), []),
     ("absorbing cloud", f"{BALL} 3", ["--set", "droplets.material=n=1.5,k=0.05"]),
     ("empty sky with haze", gltf(1e5, HAZE), []),
     ("fogbow", "fogbow.gltf", ["--effects", "auto"]),
