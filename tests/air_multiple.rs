@@ -113,3 +113,24 @@ fn paths_through_thick_fog_meet_thin_air_with_weights_alike() {
     // The thinner air's paths are so light that most end by roulette.
     assert!(dense_error < 0.03 * dense && thin_error < 0.08 * thin, "{error}");
 }
+
+/// Rationale: a path that leaves everything behind sees the background and yet goes on in the air, so that neither is left to chance. Set-up: lit air behind a bar
+/// that shades most of it, before black and before a background too dim to see. Expected: the same light and the same noise.
+#[test]
+fn a_dim_background_makes_no_noise() {
+    let picture = |background: f64| {
+        let mut scene = empty_scene();
+        scene.fog_boxes = vec![fog_box(DVec3::new(0.0, 3.0, 0.0), DVec3::new(4.0, 0.2, 4.0), 20.0)];
+        scene.classes[0].albedo = Some(0.0);
+        with_phase(&mut scene, PhaseModel::HenyeyGreenstein { g: Some(0.5) });
+        with_air(&mut scene, 0.02, 0.0, 10.0, 1.0);
+        scene.suns = vec![sun(DVec3::new(0.3, -1.0, 0.0))];
+        scene.camera = orthographic(DVec3::ZERO, 1.0);
+        scene.settings.background.radiance = [background; 3];
+        mean_and_error(&render_prepared(&prepare_all(scene), 256, 1))
+    };
+    let ((black, black_error), (dim, dim_error)) = (picture(0.0), picture(1e-9));
+    let error = black_error.hypot(dim_error);
+    assert!((black - dim).abs() < 4.0 * error && error < 0.02 * black, "{black} {dim} +- {error}");
+    assert!(dim_error < 1.1 * black_error, "{dim_error} {black_error}");
+}

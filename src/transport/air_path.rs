@@ -14,7 +14,7 @@ use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
-/// Paths of less weight play Russian roulette at the air, as others do at droplets.
+/// Paths of less weight play Russian roulette at the air, as others do at droplets; where nothing but air is ahead, those do before which air scatters less.
 const ROULETTE_BELOW: f64 = 0.03;
 
 /// Neither air nor droplets are drawn less often than this where both could be next and a path has met the air: air beside a bright droplet is thin and
@@ -44,7 +44,7 @@ enum Arrival {
     Droplets,
     /// In the air, at `scratch.event.point`.
     Air,
-    /// Nowhere; the path's weight is then that of the way out.
+    /// At glass, to which the path's weight belongs then, or nowhere.
     Nothing,
 }
 
@@ -165,15 +165,7 @@ fn travel(
                 Arrival::Nothing => {}
             }
         }
-        let Some(ahead) = ahead else {
-            if met.air > 0 {
-                add_background(ctx, ray, scratch);
-            }
-            return None;
-        };
-        if met.air + met.droplets == 0 {
-            return None;
-        }
+        let ahead = ahead.filter(|_| met.air + met.droplets > 0)?;
         // A ball that scatters sunlight is one more droplet.
         let layer = met.counts_with(1).then_some(Layer::AirMultiple);
         *ray = pass_glass(ctx, &ahead, ray, layer, random, scratch)?;
@@ -201,11 +193,21 @@ fn fly(
     let opacity = -(-air.extinction_per_m * way_m).exp_m1();
     let in_air = opacity * air.scattering_per_m / air.extinction_per_m;
     let has_next = place.is_some() || (scratch.reach_m.is_finite() && met.air + met.droplets > 0);
+    if met.air > 0 && !has_next {
+        // Nothing else is ahead: the background is seen, and the path goes on in the air all the same.
+        go(ctx, ray, None, 1.0, scratch);
+        add_background(ctx, ray, 1.0 - opacity, scratch);
+        let chance = (in_air / ROULETTE_BELOW).min(1.0);
+        if random.uniform(Purpose::AirChance, draw) >= chance {
+            return Arrival::Nothing;
+        }
+        scratch.weight.iter_mut().for_each(|weight| *weight *= in_air / chance);
+        return stop_in_air(ctx, ray, (enter_m, way_m, opacity), random.uniform(Purpose::AirPlace, draw), scratch);
+    }
     let chance = match met.air {
         _ if in_air == 0.0 => 0.0,
         0 => met.chance_to_begin(in_air, has_next),
-        _ if has_next || ctx.switches.background => met.chance_to_go_on(in_air, 1.0 - opacity),
-        _ => 1.0,
+        _ => met.chance_to_go_on(in_air, 1.0 - opacity),
     };
     if random.uniform(Purpose::AirChance, draw) >= chance {
         met.passed_by += in_air;
@@ -213,8 +215,18 @@ fn fly(
         return if arrive(ctx, ray, place, scratch) { Arrival::Droplets } else { Arrival::Nothing };
     }
     go_to_air(ctx, ray, place, in_air / chance, scratch);
-    let u = random.uniform(Purpose::AirPlace, draw);
-    let t_m = enter_m + (-(-u * opacity).ln_1p() / air.extinction_per_m).min(way_m);
+    stop_in_air(ctx, ray, (enter_m, way_m, opacity), random.uniform(Purpose::AirPlace, draw), scratch)
+}
+
+/// Picks the place in the air, on a way of the given start, length and opacity.
+fn stop_in_air(
+    ctx: &RenderContext,
+    ray: &LocalRay,
+    (enter_m, way_m, opacity): (f64, f64, f64),
+    u: f64,
+    scratch: &mut Scratch,
+) -> Arrival {
+    let t_m = enter_m + (-(-u * opacity).ln_1p() / ctx.lighting.air.extinction_per_m).min(way_m);
     scratch.event.point = ray.origin + t_m * ray.direction;
     Arrival::Air
 }

@@ -129,7 +129,7 @@ fn travel(
             }
         }
         let Some(ahead) = ahead else {
-            add_background(ctx, ray, scratch);
+            add_background(ctx, ray, 1.0, scratch);
             return false;
         };
         let Some(next) = pass_glass(ctx, &ahead, ray, Some(Layer::Multiple), random, scratch) else { return false };
@@ -207,14 +207,14 @@ pub(super) fn add_sunlight(
     sun_depth
 }
 
-/// The background that an escaping path sees.
-pub(super) fn add_background(ctx: &RenderContext, ray: &LocalRay, scratch: &mut Scratch) {
+/// The background that an escaping path sees, by a share of its weight.
+pub(super) fn add_background(ctx: &RenderContext, ray: &LocalRay, share: f64, scratch: &mut Scratch) {
     if ctx.switches.background {
         let layer = scratch.layer(Layer::Background);
         let Scratch { weight, behind, layers, .. } = scratch;
         ctx.lighting.background_toward(ray.direction, behind);
         for (w, radiance) in layers[layer].iter_mut().enumerate() {
-            *radiance += weight[w] * behind[w];
+            *radiance += share * weight[w] * behind[w];
         }
     }
 }
