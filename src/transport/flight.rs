@@ -11,12 +11,14 @@ use super::scratch::Scratch;
 use crate::accel::{Body, BodyKind, Crossing, LocalRay};
 
 /// Where the camera ray meets more than this, later flights look only at what lies before their collision: two short
-/// searches then cost less than one through everything.
+/// searches then cost less than one through everything. Flights of chains cannot be forced to collide then, which is noise.
+const CROWDED: usize = 128;
+
+/// Where it meets more than this at a large optical depth, flights of paths do so too: they end soon.
 const MANY: usize = 12;
 
-/// Where it meets more than this, flights of chains do so too. Such a flight is not forced to collide, which is noise: in a cloud of 2000 parcels half as
-/// much again, for a seventh of the time.
-const CROWDED: usize = 128;
+/// That optical depth. In thinner clouds it matters more that flights are stratified: at a depth of 1 they would have 8 % more noise, and take no less time.
+const DEEP: f64 = 4.0;
 
 /// Which flights look only at what is near.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +30,11 @@ pub(super) struct Crowd {
 }
 
 impl Crowd {
-    /// By what the camera ray meets: `scratch.crossings`.
+    /// By what the camera ray meets: `scratch.crossings` and `scratch.total_depth`.
     pub fn of(scratch: &Scratch) -> Self {
         let n = scratch.crossings.len();
-        Self { near_flights: n > MANY, near_chains: n > CROWDED }
+        let is_deep = scratch.total_depth[scratch.hero] > DEEP;
+        Self { near_flights: n > CROWDED || n > MANY && is_deep, near_chains: n > CROWDED }
     }
 }
 
