@@ -14,7 +14,7 @@ use super::scratch::Scratch;
 use crate::accel::LocalRay;
 use crate::film::Layer;
 
-/// Paths of less weight play Russian roulette at the air, as others do at droplets; where nothing but air is ahead, those do before which air scatters less.
+/// Paths of less weight play Russian roulette at the air, as others do at droplets. So do all where nothing but air is ahead that scatters less than this.
 const ROULETTE_BELOW: f64 = 0.03;
 
 /// Neither air nor droplets are drawn less often than this where both could be next and a path has met the air: air beside a bright droplet is thin and
@@ -193,40 +193,31 @@ fn fly(
     let opacity = -(-air.extinction_per_m * way_m).exp_m1();
     let in_air = opacity * air.scattering_per_m / air.extinction_per_m;
     let has_next = place.is_some() || (scratch.reach_m.is_finite() && met.air + met.droplets > 0);
-    if met.air > 0 && !has_next {
-        // Nothing else is ahead: the background is seen, and the path goes on in the air all the same.
-        go(ctx, ray, None, 1.0, scratch);
-        add_background(ctx, ray, 1.0 - opacity, scratch);
-        let chance = (in_air / ROULETTE_BELOW).min(1.0);
-        if random.uniform(Purpose::AirChance, draw) >= chance {
-            return Arrival::Nothing;
-        }
-        scratch.weight.iter_mut().for_each(|weight| *weight *= in_air / chance);
-        return stop_in_air(ctx, ray, (enter_m, way_m, opacity), random.uniform(Purpose::AirPlace, draw), scratch);
-    }
+    let leaves = met.air > 0 && !has_next;
     let chance = match met.air {
         _ if in_air == 0.0 => 0.0,
         0 => met.chance_to_begin(in_air, has_next),
+        _ if leaves => (in_air / ROULETTE_BELOW).min(1.0),
         _ => met.chance_to_go_on(in_air, 1.0 - opacity),
     };
-    if random.uniform(Purpose::AirChance, draw) >= chance {
+    let takes_air = random.uniform(Purpose::AirChance, draw) < chance;
+    if leaves {
+        // Nothing else is ahead: the background is seen, and the path may go on in the air all the same.
+        go(ctx, ray, None, 1.0, scratch);
+        add_background(ctx, ray, 1.0 - opacity, scratch);
+        if !takes_air {
+            return Arrival::Nothing;
+        }
+        scratch.weight.iter_mut().for_each(|weight| *weight *= in_air / chance);
+    } else if takes_air {
+        go_to_air(ctx, ray, place, in_air / chance, scratch);
+    } else {
         met.passed_by += in_air;
         scratch.weight.iter_mut().for_each(|weight| *weight /= 1.0 - chance);
         return if arrive(ctx, ray, place, scratch) { Arrival::Droplets } else { Arrival::Nothing };
     }
-    go_to_air(ctx, ray, place, in_air / chance, scratch);
-    stop_in_air(ctx, ray, (enter_m, way_m, opacity), random.uniform(Purpose::AirPlace, draw), scratch)
-}
-
-/// Picks the place in the air, on a way of the given start, length and opacity.
-fn stop_in_air(
-    ctx: &RenderContext,
-    ray: &LocalRay,
-    (enter_m, way_m, opacity): (f64, f64, f64),
-    u: f64,
-    scratch: &mut Scratch,
-) -> Arrival {
-    let t_m = enter_m + (-(-u * opacity).ln_1p() / ctx.lighting.air.extinction_per_m).min(way_m);
+    let u = random.uniform(Purpose::AirPlace, draw);
+    let t_m = enter_m + (-(-u * opacity).ln_1p() / air.extinction_per_m).min(way_m);
     scratch.event.point = ray.origin + t_m * ray.direction;
     Arrival::Air
 }
