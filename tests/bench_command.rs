@@ -100,6 +100,10 @@ fn a_reference_may_come_from_elsewhere() {
     assert!(rms(fine, "error") < noise, "noise {noise}: {fine}");
     let said = bench.fails(2, "bench accuracy cloud.glb --reference r.exr");
     assert_says(&said, &["r.exr", "24x16", "64x36", "--resolution"]);
+    let pixel = |x, y| (0.5_f32, if (x, y) == (7, 4) { f32::NAN } else { 0.5 }, 0.5_f32);
+    ::exr::prelude::write_rgb_file(bench.path("nan.exr"), 24, 16, pixel).expect("written");
+    let said = bench.fails(1, "bench accuracy cloud.glb --resolution 24x16 --reference nan.exr");
+    assert_says(&said, &["nan.exr", "(7, 4)", "not finite", "anew"]);
     assert_says(&bench.fails(2, "bench accuracy cloud.glb --knobs size_bin"), &["size_bins"]);
     assert_says(&bench.fails(1, "bench effects cloud.glb --json gone/e.json"), &["gone"]);
     assert_says(&bench.fails(3, "bench effects gone.glb"), &["gone.glb"]);

@@ -9,7 +9,7 @@ use program::{Bench, assert_says, text};
 #[test]
 fn wrong_flags_end_with_2_and_name_flag_and_remedy() {
     let bench = Bench::with_cloud();
-    let cases: [(&str, &[&str]); 33] = [
+    let cases: [(&str, &[&str]); 34] = [
         ("--resoluton 8x8", &["--resoluton", "--resolution"]),
         ("--resolution 8", &["--resolution", "640x360"]),
         ("--resolution 0x8", &["--resolution", "1 to 65536"]),
@@ -43,6 +43,7 @@ fn wrong_flags_end_with_2_and_name_flag_and_remedy() {
         ("--camera Side", &["--camera", "Side", "Camera"]),
         ("--radius 5", &["--radius", "unit"]),
         ("--threads 0", &["--threads"]),
+        ("--threads 1025", &["--threads", "1..=1024"]),
         ("--absolute", &["--absolute", "bands"]),
         ("--quiet --verbose", &["--quiet", "--verbose"]),
         ("--seed -1", &["-1"]),
@@ -90,6 +91,10 @@ fn outputs_that_cannot_be_are_refused_before_any_work() {
     }
     for flags in ["-o a.png", "-o a.JPG"] {
         assert_says(&bench.fails(2, &format!("render missing.gltf {flags}")), &["OpenEXR", "a.exr", "--preview"]);
+    }
+    for flag in ["-o", "-o a.exr --preview", "-o a.exr --stats", "-o a.exr --checkpoint"] {
+        let long = format!("render missing.gltf {flag} {}", "x".repeat(300));
+        assert_says(&bench.fails(1, &long), &["xxx: the disk takes no name like this", "shorter"]);
     }
     let said = bench.fails(2, "render cloud.glb -o picture --preview ./picture");
     assert_says(&said, &["--output", "--preview", "a file of its own"]);
@@ -158,6 +163,23 @@ fn a_closed_pipe_is_not_an_error() {
     }
 }
 
+/// Expected: a named pipe that nobody reads to its end is a file that could not be written, and the others are.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_picture_that_nobody_takes_is_an_error() {
+    let bench = Bench::with_cloud();
+    let made = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().expect("mkfifo");
+    assert!(made.success());
+    let line = "render cloud.glb -q -o pipe --resolution 400x300 --spp 1 --stats a.json";
+    let render = bench.command(line).stderr(Stdio::piped()).spawn().expect("the program starts");
+    // Opened, and left before anything comes.
+    drop(std::fs::File::open(bench.path("pipe")).expect("a pipe"));
+    let output = render.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert_says(&text(&output.stderr), &["cannot write pipe", "Broken pipe"]);
+    assert_eq!(bench.json("a.json")["spp"], 1);
+}
+
 /// Expected: nobody reads the table; the files are written all the same.
 #[test]
 fn bench_particles_writes_its_files_where_nobody_reads_the_table() {
@@ -195,6 +217,14 @@ fn full_disks_end_with_1_and_name_the_file() {
     {
         assert_says(&bench.fails(1, &format!("render cloud.glb -q {flags}")), &full);
     }
+    // What else there is written.
+    bench.fails(1, "render cloud.glb -q -o /dev/full --preview b.png --stats b.json --spp 1");
+    assert!(bench.path("b.png").exists() && bench.json("b.json")["spp"] == 1);
+    bench.fails(1, "render cloud.glb -q -o b.exr --preview /dev/full --stats c.json --spp 1");
+    assert!(bench.picture("b.exr").n_pixels() == 96 && bench.json("c.json")["spp"] == 1);
+    std::fs::remove_file(bench.path("b.json")).expect("removed");
+    bench.fails(1, "merge part.exr -o /dev/full --preview c.png");
+    assert!(bench.path("c.png").exists());
     assert_says(&bench.fails(1, "render cloud.glb -q -o /dev/full --samples 0..4"), &full);
     assert_says(&bench.fails(1, "merge part.exr -o /dev/full"), &full);
     assert_says(&bench.fails(1, "mie --radius 1um -o /dev/full"), &full);
@@ -238,7 +268,7 @@ fn targets_that_may_not_be_written_are_kept() {
 #[test]
 fn clouds_that_cannot_be_generated_are_usage_errors() {
     let bench = Bench::new();
-    let cases: [(&str, &[&str]); 18] = [
+    let cases: [(&str, &[&str]); 19] = [
         ("--shape bal", &["--shape", "ball"]),
         ("--size 2", &["--size", "unit"]),
         ("--size 1m,2m", &["size"]),
@@ -257,6 +287,7 @@ fn clouds_that_cannot_be_generated_are_usage_errors() {
         ("--kind droplets --optical-depth 1e-300", &["1e-10 m", "--count"]),
         ("--kind droplets --size 1nm", &["raise `--size`\n"]),
         ("--shape droplet --size 1nm --kind parcels", &["droplets"]),
+        ("--count 50 --liquid-water 1e29g/m3", &["1e36", "--liquid-water"]),
     ];
     for (flags, parts) in cases {
         assert_says(&bench.fails(2, &format!("generate -o a.glb {flags}")), parts);
@@ -417,6 +448,27 @@ fn outputs_never_replace_inputs_or_each_other() {
     assert!(bench.files() == before, "every file is as it was, and none is new");
     // Devices may be read and written.
     bench.ok("mie --radius 5um -o /dev/null --plot /dev/null");
+    // A link to what is not there yet is that file.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("a.exr", bench.path("link.json")).expect("linked");
+        for flag in ["--stats", "--checkpoint"] {
+            let said = bench.fails(2, &format!("render cloud.glb -o a.exr {flag} link.json"));
+            assert_says(&said, &["--output", flag, "both name"]);
+        }
+    }
+}
+
+/// A file does not write to the terminal.
+#[test]
+fn names_in_scenes_are_printed_without_control_characters() {
+    let bench = Bench::with_cloud();
+    bench.ok("generate -o cloud.gltf --count 2 -q");
+    let text = String::from_utf8(bench.read("cloud.gltf")).expect("text");
+    assert!(text.contains(r#""name": "Camera""#) || text.contains(r#""name":"Camera""#), "{text}");
+    bench.write("cloud.gltf", &text.replace("\"Camera\"", r#""\u001b[31mX\nfoo""#));
+    let said = bench.ok("inspect cloud.gltf");
+    assert!(!said.contains('\u{1b}') && said.contains(r"\u{1b}[31mX\nfoo"), "{said}");
 }
 
 /// A ball of fog whose droplets no number counts is named, not rendered as one of infinitely many.

@@ -12,6 +12,7 @@ use mie_cloud::mie;
 use mie_cloud::optics::material::Material;
 use mie_cloud::optics::phase_model::PhaseModel;
 use mie_cloud::scene::model::{Camera, Lens, Particle, Scene};
+use mie_cloud::scene::settings::{Effect, Switch};
 use mie_cloud::spectrum::SpectralMode;
 use mie_cloud::transport::RenderOutcome;
 use rand::{RngExt, SeedableRng};
@@ -556,6 +557,20 @@ fn thick_and_boundless_air_stays_sound_in_bounded_time() {
         scene.settings.background.radiance = [1e12; 3];
         scene.settings.image.resolution = [2, 2];
         see(scene, 1);
+    }
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+}
+
+/// A path in deep air that takes nothing has no reason to end but its length.
+#[test]
+fn deep_white_air_renders_in_bounded_time() {
+    let start = Instant::now();
+    for depth_m in [1e5, 1e12] {
+        let mut scene = empty_scene();
+        with_air(&mut scene, 0.05, 0.0, depth_m, 1.0);
+        scene.settings.effects.insert(Effect::AirMultiple, Switch::On);
+        scene.settings.image.resolution = [2, 2];
+        see(scene, 16);
     }
     assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
 }

@@ -6,6 +6,8 @@ mod program;
 
 use std::process::{Output, Stdio};
 
+use mie_cloud::image::file::Existing;
+use mie_cloud::image::{Picture, exr};
 use program::{Bench, assert_says, text};
 use serde_json::{Value, json};
 
@@ -51,6 +53,26 @@ fn what_does_not_fit_is_refused_before_the_work() {
     ];
     for (line, parts) in cases {
         assert_says(&bench.fails(1, line), parts);
+    }
+    // A flat picture is a small file.
+    let meadow = bench.path("meadow.exr");
+    let mut picture = Picture::new(3000, 1500);
+    ["R", "G", "B"].into_iter().for_each(|name| picture.push(name, vec![0.5; 4_500_000]));
+    exr::write(&meadow, &picture, Existing::Replace).expect("written");
+    bench.ok("render cloud.glb -q -o part --samples 0..4 --resolution 500x500");
+    for (line, parts) in [
+        (
+            "render cloud.glb -o a.exr --set background.image=meadow.exr --memory-limit 60MB",
+            ["for the background's picture", "use a smaller picture"],
+        ),
+        ("diff meadow.exr meadow.exr --memory-limit 60MB", ["for the first picture", "use a smaller picture"]),
+        ("merge part -o a.exr --memory-limit 60MB", ["2 times the sums of 500x500 pixels", "raise it"]),
+        ("paper -o p --memory-limit 60MB", ["30 pictures of 320x180 pixels", "lower --resolution"]),
+    ] {
+        assert_says(&bench.fails(1, line), &parts);
+    }
+    for name in ["meadow.exr", "part"] {
+        std::fs::remove_file(bench.path(name)).expect("removed");
     }
     let machine = bench.fails(1, "bench particles --counts 1e15");
     assert_says(&machine, &["the machine has", "--memory-limit"]);
@@ -142,7 +164,7 @@ fn in_any_address_space_there_is_an_answer() {
     }
     let said = text(&confined(&bench, 200, "inspect cloud.glb").stderr);
     assert_says(&said, &["for the program", "`ulimit -v` leaves", "raise that limit"]);
-    let said = text(&confined(&bench, 1000, "render cloud.glb -o b.exr --spp 1 --threads 60000").stderr);
+    let said = text(&confined(&bench, 500, "render cloud.glb -o b.exr --spp 1 --threads 1024").stderr);
     assert_says(&said, &["error: cannot start threads; end other programs, or try --threads 1"]);
     assert_eq!(confined(&bench, 1000, "render cloud.glb -o b.exr --spp 1 -q").status.code(), Some(0));
 }

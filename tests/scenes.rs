@@ -355,6 +355,15 @@ fn numbers_that_are_not_finite_are_named() {
     }
 }
 
+/// Its square is no number, and it would turn nothing.
+#[test]
+fn rotations_whose_length_is_no_number_are_named() {
+    let mut gltf = three_points();
+    gltf.json["nodes"][0]["rotation"] = json!([1e155, 0.0, 0.0, 1e155]);
+    let text = failure(gltf.load(&options()));
+    assert!(text.contains("the length of its rotation") && text.contains("unit quaternion"), "{text}");
+}
+
 #[test]
 fn radii_that_a_quantiser_zeroed_are_an_error_and_a_few_zeros_a_warning() -> Outcome {
     let radii = |values: &[f32]| {

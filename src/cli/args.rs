@@ -10,8 +10,8 @@ use super::help;
 use super::manual::{CompletionsArgs, ManArgs};
 use super::mie::args::MieArgs;
 use super::values::{
-    file_as, length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_memory, parse_nonnegative,
-    parse_resolution, parse_samples, parse_share, parse_time,
+    MOST_THREADS, file_as, length, parse_accuracy, parse_count, parse_crop, parse_key_value, parse_memory,
+    parse_nonnegative, parse_resolution, parse_samples, parse_share, parse_time,
 };
 
 /// Renders clouds of droplets with true Lorenz-Mie scattering.
@@ -192,7 +192,7 @@ pub struct RenderArgs {
     #[arg(hide_short_help = true, long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
     pub seed: u64,
     /// Threads [default: one per processor]; the picture does not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS), help_heading = "Running")]
     pub threads: Option<u16>,
     /// Keeps all sums in this file, every minute and at the end, to go on from with --resume
     #[arg(long, value_name = "FILE", help_heading = "Running")]
@@ -234,6 +234,9 @@ pub struct MergeArgs {
     /// Refuses to overwrite files
     #[arg(long)]
     pub no_clobber: bool,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub memory_limit: Option<u64>,
     /// Prints errors only
     #[arg(short, long)]
     pub quiet: bool,
@@ -272,7 +275,7 @@ pub struct BenchParticlesArgs {
     #[arg(short, long)]
     pub yes: bool,
     /// Threads [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
 }
 
@@ -288,6 +291,9 @@ pub struct DiffArgs {
     /// Draws the difference of lightness: red where the first picture is lighter, blue where it is darker
     #[arg(long, value_name = "FILE.png", value_parser = file_as("png"))]
     pub picture: Option<PathBuf>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -302,8 +308,11 @@ pub struct PaperArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_resolution, help_heading = "Output")]
     pub resolution: Option<[u32; 2]>,
     /// Threads [default: one per processor]; the pictures do not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Running")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS), help_heading = "Running")]
     pub threads: Option<u16>,
+    /// Most memory to take: 500MB, 4GB, 2GiB [default: what the machine can give without swapping]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
+    pub memory_limit: Option<u64>,
     /// Prints errors and the table only
     #[arg(short, long, help_heading = "Running")]
     pub quiet: bool,

@@ -82,6 +82,13 @@ fn external(args: &AccuracyArgs) -> Result<Option<External>, Failure> {
     let pixels = channels(["R", "G", "B"]).ok_or_else(|| {
         Failure::other(anyhow::anyhow!("{}: has no channels R, G, B, which a reference needs", path.display()))
     })?;
+    if let Some(i) = pixels.0.iter().position(|rgb| !rgb.iter().all(|value| value.is_finite())) {
+        let (x, y) = (i % width as usize, i / width as usize);
+        return Err(Failure::other(anyhow::anyhow!(
+            "{}: the pixel ({x}, {y}) is not finite, and nothing can be compared with that; render the reference anew",
+            path.display()
+        )));
+    }
     let mean = pixels.mean_luminance();
     let errors = channels(["stderr.R", "stderr.G", "stderr.B"]);
     if errors.is_none() {

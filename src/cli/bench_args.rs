@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::SceneArgs;
-use super::values::{file_as, parse_accuracy, parse_resolution};
+use super::values::{MOST_THREADS, file_as, parse_accuracy, parse_resolution};
 use crate::study::accuracy::Knob;
 
 /// How measurements on a scene are made, and where they are written.
@@ -32,7 +32,7 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
     /// Threads [default: one per processor]; the pictures do not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
     /// Neither reads nor writes the table cache
     #[arg(long)]

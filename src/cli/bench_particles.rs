@@ -15,10 +15,11 @@ use super::render::in_thread_pool;
 use super::say::say;
 use crate::image::file::{Existing, write_atomically};
 use crate::study::machine::Machine;
-use crate::study::particles::{Row, Run, Setup, Spread, columns, deviations, measure};
+use crate::study::particles::{Row, Run, Setup, Spread, columns, deviations, measure, resolution};
 use crate::study::plot::{CountLine, Panel, PlotError, counts_plot};
 use crate::transport::RayCounts;
 use crate::transport::need::Need;
+use crate::units::short::percent;
 
 /// Counts that take more memory than this are asked for first, bytes.
 const ASK_ABOVE_BYTES: u64 = 1 << 30;
@@ -110,7 +111,11 @@ fn say_same(rows: &[Row]) {
     let furthest = deviations(rows).into_iter().fold(0.0f64, |a, b| if b.abs() > a.abs() { b } else { a });
     if rows.len() > 1 {
         let same = if furthest.abs() <= SAME_WITHIN { "the same picture" } else { "NOT the same picture" };
-        say!("{same} at each count: means differ by at most {:.1} standard errors from the last", furthest.abs());
+        say!(
+            "{same} at each count: means differ by at most {:.1} standard errors from the last, the largest of which is {}",
+            furthest.abs(),
+            percent(resolution(rows))
+        );
     }
 }
 

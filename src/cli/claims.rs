@@ -8,7 +8,7 @@ use super::args::RenderArgs;
 use super::checkpoint;
 use super::failure::Failure;
 use super::output;
-use crate::image::file::{Existing, check_writable};
+use crate::image::file::{Existing, check_writable, follow_links};
 
 /// What a file that a scene needs is called.
 const READ_BY_SCENE: &str = "is read by the scene";
@@ -84,6 +84,7 @@ pub fn check_outputs(args: &RenderArgs, existing: Existing) -> Result<(), Failur
 /// Whether two files, which need not exist yet, are one. Devices such as `/dev/null` may be named twice.
 pub fn names_same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
+        let path = follow_links(path).ok()?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         folder.canonicalize().ok().zip(path.file_name().map(ToOwned::to_owned))
     };

@@ -5,10 +5,12 @@ use std::io::Write;
 use super::args::DiffArgs;
 use super::claims::Outputs;
 use super::failure::{FAILURE, Failure};
+use super::memory::MemoryLimit;
 use super::say::say;
 use crate::image::compare::{Comparison, compare, difference_map};
 use crate::image::file::Existing;
 use crate::image::{Attribute, Picture, exr, png};
+use crate::transport::need::Need;
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
@@ -16,6 +18,7 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let outputs = Outputs::new([("--picture", args.picture.as_ref())]);
     outputs.spare("is one of the pictures", [&args.a, &args.b])?;
     outputs.check(Existing::Replace)?;
+    MemoryLimit::new(args.memory_limit).check(&need(args))?;
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let comparison = compare(&a, &b).map_err(Failure::other)?;
     for line in unlike(&a, &b) {
@@ -29,6 +32,14 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     }
     let too_much = args.max_rel.is_some_and(|limit| !within(&comparison, limit));
     Ok(if too_much { FAILURE } else { 0 })
+}
+
+/// Both pictures, and what is worked out of them.
+fn need(args: &DiffArgs) -> Need {
+    let mut need = Need::of_program();
+    need.add_picture("the first picture", &args.a, 0);
+    need.add_picture("the second picture", &args.b, 0);
+    need
 }
 
 /// Whether the relative RMSE is at most the limit; two black pictures are equal.

@@ -52,9 +52,8 @@ impl Failure {
 
     /// Whether whoever read the output has gone, which is nobody's fault.
     pub fn is_closed_pipe(&self) -> bool {
-        self.error.chain().any(|cause| {
-            cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
-        })
+        // Of stdout, that is: errors of files that were named are of other types.
+        self.error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::excerpt::{excerpt, printable};
 use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SeenDepths};
 use crate::scene::model::{Lens, Particle, ParticleKind, Scene};
 use crate::scene::settings::Switch;
@@ -40,7 +41,10 @@ impl Seen<'_> {
         }
         lines.push(("air", self.air()));
         let camera = &scene.camera;
-        lines.push(("camera", format!("{} at {} m, {}", camera.name, vector(camera.position_m), lens(camera.lens))));
+        lines.push((
+            "camera",
+            format!("{} at {} m, {}", excerpt(&camera.name), vector(camera.position_m), lens(camera.lens)),
+        ));
         let [width, height] = scene.settings.image.resolution;
         let until = match scene.settings.accuracy.target {
             Some(target) => format!("until its noise is {}", percent(target)),
@@ -50,7 +54,7 @@ impl Seen<'_> {
         lines.push(("memory", self.memory()));
         let beside_label = |(label, text): (&str, String)| beside(&format!("{label:<12}"), &text);
         let lines: String = lines.into_iter().map(beside_label).collect();
-        format!("{}\n{lines}\n{}", scene.name, self.effects())
+        format!("{}\n{lines}\n{}", printable(&scene.name), self.effects())
     }
 
     fn depth(&self) -> String {

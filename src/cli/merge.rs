@@ -9,11 +9,13 @@ use super::args::MergeArgs;
 use super::claims::names_same_file;
 use super::failure::Failure;
 use super::identity::{About, difference_of_parts};
+use super::memory::MemoryLimit;
 use super::output;
 use super::say::say;
-use crate::film::{Film, Joiner, is_whole, nodes_of};
+use crate::film::{Film, Joiner, is_whole, most_held, nodes_of};
 use crate::image::file::{Existing, check_writable};
 use crate::transport::keep::Kept;
+use crate::transport::need::Need;
 use crate::units::short::amount;
 
 /// A part whose sums have not been read.
@@ -21,6 +23,8 @@ struct Part {
     path: PathBuf,
     samples: Range<u32>,
     about: About,
+    film_bytes: u64,
+    size: [u32; 2],
 }
 
 /// Runs the command.
@@ -42,6 +46,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let mut parts = args.parts.iter().map(|path| open(path)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.samples.start);
     let recipe = check_together(&parts, args.allow_gaps)?.about.recipe.clone();
+    MemoryLimit::new(args.memory_limit).check(&need(&parts))?;
     let film = join(&parts)?;
     let picture = output::picture(&film, &recipe);
     output::write(&args.output, args.preview.as_deref(), &picture, None, existing)?;
@@ -61,7 +66,7 @@ fn open(path: &Path) -> Result<Part, Failure> {
         .map_err(|error| Failure::other(anyhow!("{shown} is not a part of a picture: {error}")))?;
     match about.part {
         Some([start, end]) if start < end && is_whole(&(start..end)) => {
-            Ok(Part { path: path.into(), samples: start..end, about })
+            Ok(Part { path: path.into(), samples: start..end, about, film_bytes: kept.film_bytes(), size: kept.size() })
         }
         Some(_) => Err(Failure::other(anyhow!("{shown} is damaged: its range of samples is impossible"))),
         None => Err(Failure::usage(anyhow!(
@@ -105,6 +110,23 @@ fn gaps(parts: &[Part]) -> Vec<String> {
     let starts = parts.iter().map(|part| part.samples.start);
     let ends = std::iter::once(0).chain(parts.iter().map(|part| part.samples.end));
     ends.zip(starts).filter(|(end, start)| end < start).map(|(end, start)| format!("{end}..{start}")).collect()
+}
+
+/// The memory of a merge: films of parts that cannot be added up yet, and the picture.
+fn need(parts: &[Part]) -> Need {
+    let mut need = Need::of_program();
+    let Some(first) = parts.first() else { return need };
+    let [width, height] = first.size;
+    // One more is kept to compare shapes with.
+    let n_films = 1 + most_held(parts.iter().map(|part| part.samples.clone()));
+    let sums = first.film_bytes.saturating_mul(n_films);
+    need.add(
+        format!("{n_films} times the sums of {width}x{height} pixels"),
+        sums,
+        "merge parts of fewer pixels, made with --crop",
+    );
+    need.add_written([width, height], first.about.recipe.n_channels(), "merge parts of fewer pixels, made with --crop");
+    need
 }
 
 /// Reads one part after the other and adds it.

@@ -91,6 +91,11 @@ impl Recipe {
         *self == Self { attributes, ..other.clone() }
     }
 
+    /// Channels at most: R, G, B, A, three for each that is wished, and one for each wavelength.
+    pub fn n_channels(&self) -> usize {
+        4 + 3 * self.wanted.len() + self.wavelengths_nm.len()
+    }
+
     /// R, G, B and the number of samples.
     pub fn for_preview(&self) -> Self {
         Self { wanted: vec!["samples".into()], wavelengths_nm: Vec::new(), ..self.clone() }
@@ -188,7 +193,8 @@ pub fn picture(film: &Film, recipe: &Recipe) -> Picture {
 /// A part of a picture: its state, and what it is of.
 pub type PartOf<'a> = (&'a serde_json::Value, &'a RenderState);
 
-/// Writes the picture, the sums that it is made of if it is a part, and, if wished, its preview.
+/// Writes the picture, the sums that it is made of if it is a part, and, if wished, its preview, which is written even where the picture
+/// cannot be.
 pub fn write(
     exr_path: &Path,
     preview: Option<&Path>,
@@ -196,17 +202,17 @@ pub fn write(
     part: Option<PartOf>,
     existing: Existing,
 ) -> Result<(), Failure> {
-    match part {
-        None => exr::write(exr_path, picture, existing).map_err(Failure::other)?,
-        Some((about, state)) => {
-            let encoded = exr::encode(picture).with_context(|| format!("cannot write {}", exr_path.display()));
-            let encoded = encoded.map_err(Failure::other)?;
-            let write = |out: &mut dyn Write| out.write_all(&encoded).and_then(|()| keep::write(out, about, state));
-            write_atomically(exr_path, existing, write).map_err(Failure::other)?;
-        }
-    }
-    if let Some(path) = preview {
-        png::write_preview(path, picture, existing).map_err(Failure::other)?;
-    }
-    Ok(())
+    let written = match part {
+        None => exr::write(exr_path, picture, existing).map_err(Failure::other),
+        Some(part) => write_part(exr_path, picture, part, existing),
+    };
+    let shown = preview.map_or(Ok(()), |path| png::write_preview(path, picture, existing));
+    written.and(shown.map_err(Failure::other))
+}
+
+fn write_part(path: &Path, picture: &Picture, (about, state): PartOf, existing: Existing) -> Result<(), Failure> {
+    let encoded = exr::encode(picture).with_context(|| format!("cannot write {}", path.display()));
+    let encoded = encoded.map_err(Failure::other)?;
+    let write = |out: &mut dyn Write| out.write_all(&encoded).and_then(|()| keep::write(out, about, state));
+    write_atomically(path, existing, write).map_err(Failure::other)
 }

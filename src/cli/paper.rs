@@ -27,7 +27,7 @@ pub fn run(args: &PaperArgs) -> Result<u8, Failure> {
 fn run_here(args: &PaperArgs) -> Result<u8, Failure> {
     let existing = if args.no_clobber { Existing::Keep } else { Existing::Replace };
     let folder = args.output.as_path();
-    MemoryLimit::new(None).check(&need(args))?;
+    MemoryLimit::new(args.memory_limit).check(&need(args))?;
     prepare_folder(folder, existing)?;
     let studies = make_all(args)?;
     let text = paper::text(&studies).map_err(Failure::other)?;

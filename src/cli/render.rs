@@ -1,6 +1,8 @@
 //! `mie-cloud render`: a scene in, a picture out.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -33,9 +35,14 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     in_thread_pool(args.threads, || run_here(args))?
 }
 
-/// Runs `work` in a thread pool of the given size.
+/// A thread's stack: as much as threads have unless told otherwise. What recurses is bounded.
+const STACK_BYTES: usize = 2 << 20;
+
+/// Runs `work` in a thread pool of the given size, or of one thread per processor.
 pub fn in_thread_pool<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    // Neither depends on the environment, which may ask for anything.
+    let threads = threads.map_or_else(|| available_parallelism().map_or(1, NonZeroUsize::get), usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
     Ok(pool
         .context("cannot start threads; end other programs, or try --threads 1")
         .map_err(Failure::other)?
@@ -83,7 +90,7 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
     progress.finish();
     seconds.render = watch.lap();
 
-    // The picture is written even where the checkpoint cannot be.
+    // Each file is written even where another cannot be.
     let kept = progress.keep(&state);
     let part = job.part().filter(|_| !stopped).map(|about| (about, state.clone()));
     let outcome = state.finish(&job.request, stopped);
@@ -92,11 +99,17 @@ fn run_here(args: &RenderArgs) -> Result<u8, Failure> {
         picture.record("mieCloud:sampleRange", Attribute::Text(format!("{first}..{end}")));
     }
     let part = part.as_ref().map(|(about, state)| (about, state));
-    output::write(&args.output, args.preview.as_deref(), &picture, part, existing)?;
+    let written = output::write(&args.output, args.preview.as_deref(), &picture, part, existing);
     seconds.write = watch.lap();
     seconds.total = watch.total();
     let rays_now = outcome.rays.total().saturating_sub(kept_rays);
-    report(args, &job, &prepared, (&outcome, rays_now), seconds, existing)?;
+    let stats = stats(args, &job, &prepared, (&outcome, rays_now), seconds);
+    let recorded = args.stats.as_ref().map_or(Ok(()), |path| stats.write(path, existing));
+    written?;
+    if job.verbosity > Verbosity::Quiet {
+        say!("{}", stats.summary(&args.output).trim_end());
+    }
+    recorded?;
     kept.map_err(|error| Failure::other(anyhow::Error::new(error).context("--checkpoint")))?;
     // A time limit is a way to be done; an interrupt is not.
     let interrupted = outcome.stopped && progress.interrupted();
@@ -161,16 +174,15 @@ fn prepare(
     Ok(prepared)
 }
 
-/// Writes the statistics and prints the summary.
-fn report(
+/// What is known about a render that is done.
+fn stats<'a>(
     args: &RenderArgs,
-    job: &Job,
-    prepared: &Prepared,
-    (outcome, rays_now): (&RenderOutcome, u64),
+    job: &'a Job,
+    prepared: &'a Prepared,
+    (outcome, rays_now): (&'a RenderOutcome, u64),
     seconds: Seconds,
-    existing: Existing,
-) -> Result<(), Failure> {
-    let stats = Stats {
+) -> Stats<'a> {
+    Stats {
         scene: args.scene.scene.display().to_string(),
         camera: job.camera.clone(),
         prepared,
@@ -181,15 +193,8 @@ fn report(
         noise: outcome.film.noise(),
         seconds,
         peak_rss_bytes: peak_rss_bytes(),
-        warnings: &[&job.scene_warnings[..], &prepared.warnings].concat(),
-    };
-    if let Some(path) = &args.stats {
-        stats.write(path, existing)?;
+        warnings: [&job.scene_warnings[..], &prepared.warnings].concat(),
     }
-    if job.verbosity > Verbosity::Quiet {
-        say!("{}", stats.summary(&args.output).trim_end());
-    }
-    Ok(())
 }
 
 /// What is left out, in a line each; everything with `-v`.

@@ -36,7 +36,7 @@ pub struct Stats<'a> {
     pub noise: f64,
     pub seconds: Seconds,
     pub peak_rss_bytes: u64,
-    pub warnings: &'a [Warning],
+    pub warnings: Vec<Warning>,
 }
 
 impl Stats<'_> {

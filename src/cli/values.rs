@@ -12,6 +12,9 @@ use crate::scene::keys::ACCURACY_NAMES;
 use crate::suggest::did_you_mean;
 use crate::units::{parse_bytes, parse_length_m, parse_time_s};
 
+/// More threads than any machine has processors only wait for each other.
+pub const MOST_THREADS: i64 = 1024;
+
 /// Endings of file names that promise a format.
 const FORMATS: [&str; 17] = [
     "exr", "png", "svg", "jpg", "jpeg", "tif", "tiff", "hdr", "pfm", "ppm", "bmp", "webp", "pdf", "json", "csv",

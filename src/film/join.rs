@@ -25,6 +25,33 @@ pub fn nodes_of(range: Range<u32>) -> Vec<Range<u32>> {
     nodes
 }
 
+/// Whether two runs of samples are the halves of one node.
+fn are_siblings(a: &Range<u32>, b: &Range<u32>) -> bool {
+    let count = a.end - a.start;
+    let neighbours = a.end == b.start && b.end - b.start == count;
+    neighbours && count.is_power_of_two() && u64::from(a.start) % (2 * u64::from(count)) == 0
+}
+
+/// Films that are held at a time while those of these ranges are read and joined, one range after the other.
+pub fn most_held(ranges: impl IntoIterator<Item = Range<u32>>) -> u64 {
+    let (mut pieces, mut most) = (Vec::<Range<u32>>::new(), 0);
+    for range in ranges {
+        let nodes = nodes_of(range);
+        most = most.max(pieces.len() + nodes.len());
+        for node in nodes {
+            pieces.push(node);
+            while let [.., a, b] = &pieces[..]
+                && are_siblings(a, b)
+            {
+                let joined = a.start..b.end;
+                pieces.truncate(pieces.len() - 2);
+                pieces.push(joined);
+            }
+        }
+    }
+    most as u64
+}
+
 /// Adds up films, given in the order of their samples.
 #[derive(Default)]
 pub struct Joiner {
@@ -36,11 +63,10 @@ impl Joiner {
     pub fn push(&mut self, samples: Range<u32>, film: Film) {
         self.pieces.push((samples, film));
         while let [.., (a, _), (b, _)] = &self.pieces[..] {
-            let (count, joined) = (a.end - a.start, a.start..b.end);
-            let neighbours = a.end == b.start && b.end - b.start == count;
-            if !neighbours || !count.is_power_of_two() || u64::from(a.start) % (2 * u64::from(count)) != 0 {
+            if !are_siblings(a, b) {
                 break;
             }
+            let joined = a.start..b.end;
             let Some((_, last)) = self.pieces.pop() else { break };
             if let Some((range, film)) = self.pieces.last_mut() {
                 film.add(&last);

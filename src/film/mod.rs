@@ -9,7 +9,7 @@ mod tile;
 
 pub use block::block_of;
 pub use develop::{Channel, Wanted, develop};
-pub use join::{Joiner, is_whole, nodes_of};
+pub use join::{Joiner, is_whole, most_held, nodes_of};
 pub use noise::{Noise, Spread};
 pub use tally::Tally;
 pub use tile::{Tile, TilePixels};

@@ -26,6 +26,9 @@ pub enum FileError {
     /// A folder is in the place of the file.
     #[error("{0} is a folder; name a file inside it")]
     IsFolder(PathBuf),
+    /// The disk takes no file of such a name.
+    #[error("{0}: the disk takes no name like this, or none as long; choose a shorter one")]
+    BadName(PathBuf),
     /// The folder is missing.
     #[error("the folder {folder} of {path} does not exist; create it first")]
     NoFolder { path: PathBuf, folder: PathBuf },
@@ -143,7 +146,7 @@ fn find_target(path: &Path) -> Result<Target, FileError> {
 }
 
 /// Resolves links at the end of the path one by one, so that a link to a file yet to be made works too.
-fn follow_links(path: &Path) -> Result<PathBuf, FileError> {
+pub(crate) fn follow_links(path: &Path) -> Result<PathBuf, FileError> {
     /// Linux gives up after as many (path_resolution(7)).
     const MOST_LINKS: usize = 40;
     let mut resolved = path.to_path_buf();
@@ -162,6 +165,7 @@ fn check_existing(path: &Path, existing: Existing) -> Result<Option<fs::Metadata
         Ok(_) if existing == Existing::Keep => Err(FileError::Exists(path.into())),
         Ok(metadata) if metadata.permissions().readonly() => Err(FileError::ReadOnly(path.into())),
         Ok(metadata) => Ok(Some(metadata)),
+        Err(error) if error.kind() == ErrorKind::InvalidFilename => Err(FileError::BadName(path.into())),
         Err(_) => Ok(None),
     }
 }

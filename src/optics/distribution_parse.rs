@@ -45,7 +45,7 @@ fn parse_mono(keys: Keys) -> Result<SizeDistribution, DistributionError> {
 fn read_table(file: &str, read: ReadText) -> Result<Shape, DistributionError> {
     let content = read(file).map_err(|reason| CsvError::Unreadable { file: file.into(), reason })?;
     let csv = parse_numeric(file, &content, 2, 2)?;
-    if csv.header.as_ref().is_some_and(|header| header[0] != "radius_um") {
+    if csv.header.as_ref().is_some_and(|header| *header != ["radius_um", "dn_dr"]) {
         return Err(DistributionError::Header(file.into()));
     }
     let (mut r_m, mut dn_dr) = (Vec::<f64>::new(), Vec::new());
@@ -140,6 +140,7 @@ mod tests {
         SizeDistribution::parse(text, &|name| match name {
             "fog.csv" => Ok("radius_um,dn_dr\n1,0\n5,2\n20,0\n".into()),
             "nm.csv" => Ok("radius_nm,dn_dr\n1,0\n5,2\n".into()),
+            "volumes.csv" => Ok("radius_um,dv_dr\n1,0\n5,2\n".into()),
             "negative.csv" => Ok("1,1\n2,-1\n".into()),
             "back.csv" => Ok("1,1\n1,1\n".into()),
             "dark.csv" => Ok("1,0\n2,0\n".into()),
@@ -206,6 +207,7 @@ mod tests {
     #[test]
     fn defective_files_are_refused() {
         assert!(matches!(parse("csv:nm.csv"), Err(DistributionError::Header(_))));
+        assert!(matches!(parse("csv:volumes.csv"), Err(DistributionError::Header(_))));
         assert!(matches!(parse("csv:negative.csv"), Err(DistributionError::Negative { line: 2, .. })));
         assert!(matches!(parse("csv:back.csv"), Err(DistributionError::Order { line: 2, .. })));
         assert!(matches!(parse("csv:none.csv"), Err(DistributionError::Csv(CsvError::Unreadable { .. }))));

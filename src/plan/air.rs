@@ -48,7 +48,7 @@ pub(super) fn air_multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let (by_air, again, parts) = (-(-depth).exp_m1(), depth.exp_m1(), &facts.parts);
     let reason = format!("the air scatters {} of what crosses its {} again", percent(by_air), length(air.depth_m));
     if scene.settings.background.image.is_some() {
-        return (Some(again.max(facts.glow)), reason);
+        return (None, reason + ", and what is beside the picture may be brighter than what is in it");
     }
     let of_sun = match facts.sun_shines && air.sunlight {
         true => parts.air_rms + parts.scattered_rms * parts.sun_rms,

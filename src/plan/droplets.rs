@@ -22,28 +22,39 @@ pub(super) fn direct(facts: &SceneFacts) -> Estimate {
     (most.is_finite().then_some(most), reason)
 }
 
-/// Light that droplets scatter meets droplets again, theory (101), as does what they scatter of the background.
+/// Light that droplets scatter meets droplets again, theory (101), as does what they scatter of the background, on its way to the camera
+/// or into the air before it.
 pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
     if facts.is_empty() {
         return (Some(0.0), "there are no droplets".into());
     }
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
-    let reason = format!(
-        "of what droplets scatter {} meets droplets again, over {} of the picture",
-        percent(facts.met_again / facts.concentration),
-        percent(facts.concentration.powi(-2))
-    );
-    let parts = &facts.parts;
-    let of_sun = albedo * facts.met_again * (1.0 + TURNED * facts.sunward_depth);
+    let reason = match facts.cover > 0.0 {
+        true => format!(
+            "of what droplets scatter {} meets droplets again, over {} of the picture",
+            percent(facts.met_again / facts.concentration),
+            percent(facts.concentration.powi(-2))
+        ),
+        false => format!(
+            "of what droplets that are not seen send into the air {} meets droplets again",
+            percent(-(-facts.sunward_depth).exp_m1())
+        ),
+    };
     if scene.settings.background.image.is_some() {
-        return (Some(of_sun.max(parts.scattered_rms)), reason);
+        return (None, reason + ", and what is beside the picture may be brighter than what is in it");
     }
-    let of_sun = if facts.sun_shines { of_sun * parts.droplets_share() } else { 0.0 };
-    let of_background = parts.relative(parts.scattered_rms * parts.background_rms);
-    (of_background.map(|share| share + of_sun), reason)
+    let (parts, orders) = (&facts.parts, 1.0 + TURNED * facts.sunward_depth);
+    let of_sun = match facts.sun_shines {
+        true => facts.met_again * parts.droplets_share() - facts.glow * (-facts.sunward_depth).exp_m1(),
+        false => 0.0,
+    };
+    let again = (scene.settings.atmosphere.scattering_per_m * scene.settings.atmosphere.depth_m).exp_m1();
+    let into_air = -again * (-facts.deepest_optical_depth).exp_m1();
+    let of_background = parts.relative((parts.scattered_rms + into_air) * parts.background_rms);
+    (of_background.map(|share| share + albedo * of_sun * orders), reason)
 }
 
-/// Shade on droplets, theory (102), and on the air where the sun lights it.
+/// Shade on droplets, theory (102), of which the air that they light has its part, and on the air where the sun lights it.
 pub(super) fn shadows(facts: &SceneFacts) -> Estimate {
     if facts.is_empty() {
         return (Some(0.0), "there are no droplets".into());
@@ -51,13 +62,14 @@ pub(super) fn shadows(facts: &SceneFacts) -> Estimate {
     let parts = &facts.parts;
     // Without shade all orders are lit in full.
     let orders = 1.0 + facts.sunward_depth;
-    let on_droplets = orders * facts.concentration * (1.0 / facts.sunlit.max(f64::MIN_POSITIVE) - 1.0);
+    let on_droplets = orders * (1.0 / facts.sunlit.max(f64::MIN_POSITIVE) - 1.0);
     let air = match parts.air_rms > 0.0 {
         true => format!(", and {} of what lights the air", percent(parts.shade_rms / parts.air_rms)),
         false => String::new(),
     };
     let reason = format!("droplets take {} of each other's sunlight{air}", percent(1.0 - facts.sunlit));
-    let estimate = parts.relative(parts.shade_rms).map(|share| share + on_droplets * parts.droplets_share());
+    let shaded = on_droplets * (facts.concentration * parts.droplets_share() + facts.glow);
+    let estimate = parts.relative(parts.shade_rms).map(|share| share + shaded);
     (estimate, reason)
 }
 

@@ -7,9 +7,10 @@ use glam::DVec3;
 use super::areas::BodyAreas;
 use super::light::Parts;
 use super::picture::Picture;
+use crate::optics::distribution::SizeDistribution;
 use crate::scene::model::{FogBox, Particle, Scene};
 use crate::scene::resolved::{Resolution, middle_wavelength_m};
-use crate::scene::settings::Effect;
+use crate::scene::settings::{AirPhase, Effect};
 
 /// Rough facts about a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,6 +27,10 @@ pub struct SceneFacts {
     pub largest_size_parameter: f64,
     /// Whether droplets are so alike, or seen one by one, that the fringes of one radius stay.
     pub has_fringes: bool,
+    /// Size parameter of the air's droplets; 0 where it is no Mie haze.
+    pub haze_size_parameter: f64,
+    /// Whether these are so alike that their fringes stay.
+    pub haze_has_fringes: bool,
     /// Mean optical depth along the camera's rays that meet droplets, on a coarse grid; 0 where none does.
     pub seen_depth: f64,
     /// Mean optical depth across the cloud: extinction area over the mean shadow of the box around all particles, and all of every
@@ -96,6 +101,8 @@ impl SceneFacts {
             glass_cover: glass.1.min(1.0),
             largest_size_parameter,
             has_fringes: has_fringes(scene),
+            haze_size_parameter: haze(scene).map_or(0.0, |haze| size_parameter(haze, scene)),
+            haze_has_fringes: haze(scene).is_some_and(|haze| is_narrow(haze, scene)),
             optical_depth: particles + boxes,
             deepest_optical_depth,
             least_shade_m: radii_m.chain(edges_m).fold(f64::INFINITY, f64::min),
@@ -135,18 +142,28 @@ fn largest_size_parameter(scene: &Scene) -> f64 {
     2.0 * PI * largest_m.fold(0.0, f64::max) / middle_wavelength_m(&scene.settings)
 }
 
-/// Whether any droplets have one radius, or radii so near to each other that their fringes, 1/x apart, do not wash out.
+/// The droplets of the air, if it is a Mie haze.
+fn haze(scene: &Scene) -> Option<&SizeDistribution> {
+    match &scene.settings.atmosphere.phase {
+        AirPhase::Haze(distribution) => Some(distribution),
+        _ => None,
+    }
+}
+
+/// Size parameter at the effective radius, where most light is scattered.
+fn size_parameter(distribution: &SizeDistribution, scene: &Scene) -> f64 {
+    2.0 * PI * distribution.law().effective_radius_m() / middle_wavelength_m(&scene.settings)
+}
+
+/// Whether droplets have one radius, or radii so near to each other that their fringes, 1/x apart, do not wash out.
+fn is_narrow(distribution: &SizeDistribution, scene: &Scene) -> bool {
+    let law = distribution.law();
+    law.mono_radius().is_some() || size_parameter(distribution, scene) * law.effective_variance().sqrt() < 1.0
+}
+
+/// Whether the fringes of any droplets stay.
 fn has_fringes(scene: &Scene) -> bool {
-    let wavelength_m = middle_wavelength_m(&scene.settings);
-    let narrow: Vec<bool> = scene
-        .classes
-        .iter()
-        .map(|class| {
-            let law = class.distribution.law();
-            let x = 2.0 * PI * law.effective_radius_m() / wavelength_m;
-            law.mono_radius().is_some() || x * law.effective_variance().sqrt() < 1.0
-        })
-        .collect();
+    let narrow: Vec<bool> = scene.classes.iter().map(|class| is_narrow(&class.distribution, scene)).collect();
     let of_particle = |particle: &Particle| particle.own_radius_m().is_some() || narrow[usize::from(particle.class)];
     let of_box = |fog: &FogBox| fog.droplet_radius_m.is_some() || narrow[usize::from(fog.class)];
     scene.particles.iter().any(of_particle) || scene.fog_boxes.iter().any(of_box)

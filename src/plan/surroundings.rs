@@ -1,6 +1,6 @@
 //! How much the background and the size of the sun could change the picture.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 use glam::DVec3;
 
@@ -33,6 +33,9 @@ const RING_CONTRAST: f64 = 5.0;
 /// The forward peak is bright up to about this angle, in 1/x.
 const PEAK: f64 = 10.0;
 
+/// And never farther than this: what lies beside is no peak any more.
+const WIDEST_PEAK_RAD: f64 = FRAC_PI_4;
+
 /// A disc matters where it is seen, and where it blurs what droplets scatter: theory (106).
 pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     let diameter_deg = |sun: &Sun| if sun.lux > 0.0 { scene.sun_diameter_deg(sun) } else { 0.0 };
@@ -45,34 +48,81 @@ pub(super) fn sun_disc(scene: &Scene, facts: &SceneFacts) -> Estimate {
     if wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= radius_rad(sun)) {
         return (None, format!("the sun's disc of {largest_deg} degrees is in the picture"));
     }
-    let (x, a) = (facts.largest_size_parameter, 0.5 * largest_deg.to_radians());
-    let blurred = |width: f64| ((a / width).powi(2) / 8.0).min(1.0);
-    let share = facts.parts.droplets_share();
-    let bright = share * facts.concentration;
-    let softened = (2.0 * a * facts.shade_reach_m / facts.least_shade_m).sqrt().min(1.0);
-    let Some(shafts) = facts.parts.relative(facts.parts.shade_rms * softened) else {
+    let a_rad = 0.5 * largest_deg.to_radians();
+    let softened = (2.0 * a_rad * facts.shade_reach_m / facts.least_shade_m).sqrt().min(1.0);
+    let parts = &facts.parts;
+    let air_rms = if facts.haze_size_parameter > 0.0 { parts.air_rms } else { 0.0 };
+    let Some((shafts, haze)) = parts.relative(parts.shade_rms * softened).zip(parts.relative(air_rms)) else {
         return (None, format!("a disc of {largest_deg} degrees softens the edges of shafts of light"));
     };
-    let soft = if shafts > 0.0 { format!(", shafts of light by {}", percent(shafts)) } else { String::new() };
-    if wide().any(|sun| beside_picture_rad(scene, -sun.direction) <= PEAK / x.max(1.0)) {
-        let peak = blurred(1.0 / x) * bright;
-        let reason = format!(
-            "a disc of {largest_deg} degrees is near the picture, and lowers the peaks of droplets of size parameter {x:.0} by {}",
-            percent(peak)
-        );
-        return (Some(peak.hypot(shafts)), reason + &soft);
+    let droplets = parts.droplets_share();
+    let spheres = [
+        Spheres {
+            what: "droplets",
+            x: facts.largest_size_parameter,
+            has_fringes: facts.has_fringes,
+            share: droplets,
+            bright: droplets * facts.concentration,
+        },
+        Spheres {
+            what: "haze",
+            x: facts.haze_size_parameter,
+            has_fringes: facts.haze_has_fringes,
+            // Its bounds are far apart where it has a peak; a change of all that is seen is worth 1.
+            share: haze.min(1.0),
+            bright: haze.min(1.0),
+        },
+    ];
+    let suns: Vec<&Sun> = wide().collect();
+    let (mut square, mut said) = (shafts * shafts, Vec::new());
+    for spheres in spheres.iter().filter(|spheres| spheres.x > 0.0 && spheres.bright > 0.0) {
+        let (change, reason) = spheres.blurred(scene, &suns, a_rad);
+        square += change * change;
+        said.push(reason);
     }
-    let (width, what) = if facts.has_fringes { (1.0 / x, "fringes") } else { (x.powf(-2.0 / 3.0), "bows") };
-    let bows = blurred(width) * bright;
-    let sees_glory = wide().any(|sun| beside_picture_rad(scene, sun.direction) <= RINGS / x.max(1.0));
-    let rings = (PI * (RINGS / x.max(1.0)).powi(2) / picture_sr(scene)).min(1.0);
-    let glory = if sees_glory { RING_CONTRAST * blurred(1.0 / x) * rings.sqrt() * share } else { 0.0 };
-    let reason = format!(
-        "a disc of {largest_deg} degrees blurs {what} of droplets of size parameter {x:.0} by {}, glories by {}",
-        percent(bows),
-        percent(glory)
-    );
-    (Some(bows.hypot(glory).hypot(shafts)), reason + &soft)
+    if shafts > 0.0 {
+        said.push(format!("softens shafts of light by {}", percent(shafts)));
+    }
+    let said = if said.is_empty() { "blurs nothing that is seen".into() } else { said.join(", ") };
+    (Some(square.sqrt()), format!("a disc of {largest_deg} degrees {said}"))
+}
+
+/// Spheres whose phase function a disc blurs.
+struct Spheres {
+    what: &'static str,
+    /// Size parameter.
+    x: f64,
+    has_fringes: bool,
+    /// What a change of all of their light is worth, and one of its brightest parts.
+    share: f64,
+    bright: f64,
+}
+
+impl Spheres {
+    /// How much a disc of the angular radius a changes, and of what that is made.
+    fn blurred(&self, scene: &Scene, suns: &[&Sun], a_rad: f64) -> (f64, String) {
+        // Smaller ones scatter as smoothly as those of x = 1.
+        let (x, what) = (self.x.max(1.0), self.what);
+        let blurred = |width: f64| ((a_rad / width).powi(2) / 8.0).min(1.0);
+        let peak_rad = (PEAK / x).min(WIDEST_PEAK_RAD);
+        if suns.iter().any(|sun| beside_picture_rad(scene, -sun.direction) <= peak_rad) {
+            let peak = blurred(1.0 / x) * self.bright;
+            let said =
+                format!("near the picture lowers the peaks of {what} of size parameter {x:.0} by {}", percent(peak));
+            return (peak, said);
+        }
+        let (width, structure) = if self.has_fringes { (1.0 / x, "fringes") } else { (x.powf(-2.0 / 3.0), "bows") };
+        let bows = blurred(width) * self.bright;
+        let sees_glory = suns.iter().any(|sun| beside_picture_rad(scene, sun.direction) <= RINGS / x);
+        let rings = (PI * (RINGS / x).powi(2) / picture_sr(scene)).min(1.0);
+        let glory = if sees_glory { RING_CONTRAST * blurred(1.0 / x) * rings.sqrt() * self.share } else { 0.0 };
+        let said = format!(
+            "blurs {structure} of {what} of size parameter {x:.0} by {}, glories by {}",
+            percent(bows),
+            percent(glory)
+        );
+        (bows.hypot(glory), said)
+    }
 }
 
 /// Tangents of half the angles that the picture sees across and up; 0 where all rays are parallel.

@@ -2,7 +2,7 @@
 
 use super::given::{Fit, Given};
 use super::keys::{Key, from_str};
-use super::model::FogDensity;
+use super::model::{FogDensity, MOST_DROPLETS};
 use crate::spectrum::sun::SunSpectrum;
 
 /// What a node, mesh or material says about the droplets in it; `None` leaves it to the next in line.
@@ -56,7 +56,7 @@ pub const MARKS: &[Key<Marks>] = &[
     Key { name: "liquid_water_g_per_m3", unit: "g/m^3", default: "none", range: "above 0, at most 3e7", set: |m, g| density(m, FogDensity::LiquidWaterGPerM3(g.positive(MOST_G_PER_M3)?)) },
     Key { name: "extinction_per_m", unit: "1/m at 550 nm", default: "none", range: "above 0, at most 1e12", set: |m, g| density(m, FogDensity::ExtinctionPerM(g.positive(MOST_PER_M)?)) },
     Key { name: "droplet_radius_um", unit: "um", default: "the drawn radius, or the distribution", range: "1e-4 to 1e9", set: |m, g| { m.droplet_radius_um = Some(g.within(1e-4, 1e9)?); Ok(()) } },
-    Key { name: "droplet_count", unit: "droplets", default: "1", range: "1 to 1e36", set: |m, g| { m.droplet_count = Some(g.within(1.0, 1e36)?); Ok(()) } },
+    Key { name: "droplet_count", unit: "droplets", default: "1", range: "1 to 1e36", set: |m, g| { m.droplet_count = Some(g.within(1.0, MOST_DROPLETS)?); Ok(()) } },
 ];
 
 /// Keys that a node takes besides, for the light that it holds.

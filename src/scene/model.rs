@@ -15,6 +15,9 @@ pub const WORLD_LIMIT_M: f64 = 1e12;
 /// Radii below this are no droplets but slips of the unit: an atom, m.
 pub const SMALLEST_RADIUS_M: f64 = 1e-10;
 
+/// Most droplets that a particle may stand for: their sums stay finite in 32 bits.
+pub const MOST_DROPLETS: f64 = 1e36;
+
 /// One droplet or parcel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::make_cloud;
 use crate::plan;
-use crate::scene::generate::{CloudShape, Content, GenerateError, Recipe};
+use crate::scene::generate::{CameraPlacement, CloudShape, Content, GenerateError, Recipe, View};
 use crate::scene::gltf::write;
 use crate::scene::model::ParticleKind;
 use crate::scene::settings::{Effect, Switch};
@@ -121,13 +121,21 @@ pub fn measure(count: u64, setup: &Setup, repeat: u32, folder: &Path) -> Result<
     Ok(row)
 }
 
+/// From here a box of 1 m fills the picture.
+const DISTANCE_M: f64 = 2.1;
+
 fn recipe(count: u64, setup: &Setup, seed: u64) -> Result<Recipe, GenerateError> {
+    let shape = CloudShape::new("box", &[1.0])?;
+    let default = Recipe::new(shape);
+    // Framed by itself a cloud is seen from farther away, the larger its droplets are.
+    let camera = Some(CameraPlacement { position_m: [0.0, 0.0, DISTANCE_M], target_m: [0.0; 3] });
     Ok(Recipe {
         count,
         kind: ParticleKind::Droplet,
         content: Content::OpticalDepth(setup.optical_depth),
         seed,
-        ..Recipe::new(CloudShape::new("box", &[1.0])?)
+        view: View { camera, ..default.view },
+        ..default
     })
 }
 
@@ -214,6 +222,13 @@ pub fn deviations(rows: &[Row]) -> Vec<f64> {
     others.chain([0.0]).collect()
 }
 
+/// The largest relative standard error of such a difference: what it would not show.
+pub fn resolution(rows: &[Row]) -> f64 {
+    let Some([last, last_error]) = rows.last().map(Row::mean_luminance) else { return 0.0 };
+    let errors = rows.iter().take(rows.len() - 1).map(|row| row.mean_luminance()[1].hypot(last_error));
+    errors.fold(0.0, f64::max) / last.max(f64::MIN_POSITIVE)
+}
+
 /// Names with units, and values of a row's columns: what the CSV holds.
 pub fn columns(row: &Row) -> Vec<(String, f64)> {
     let [mean, error] = row.mean_luminance();
@@ -271,6 +286,7 @@ mod tests {
         assert_eq!(row(&[run(10.0, 2.0)]).mean_luminance(), [10.0, 2.0]);
         let rows = [row(&[run(15.0, 3.0)]), row(&[run(10.0, 4.0)])];
         assert_eq!(deviations(&rows), [1.0, 0.0]);
+        assert_eq!(resolution(&rows), 0.5);
         assert_eq!(columns(&rows[0]).len(), 37);
     }
 }

@@ -7,7 +7,9 @@
 use super::chain::{Station, begin_chain, follow_chain, pick_sun};
 use super::collision::Place;
 use super::flight::{Crowd, arrive, go, meet, next_place, normalize};
-use super::path::{add_background, add_sunlight, around, pass_glass, survives, turn, turn_h};
+use super::path::{
+    LONG_PATH, add_background, add_sunlight, around, pass_glass, survival_of_length, survives, turn, turn_h,
+};
 use super::random::{PathRandom, Purpose};
 use super::sample::RenderContext;
 use super::scratch::Scratch;
@@ -237,7 +239,7 @@ fn goes_on(is_air: bool, draw: u32, order: u32, random: &PathRandom, scratch: &m
         return survives(u, order, scratch);
     }
     let largest = scratch.weight.iter().copied().fold(0.0, f64::max);
-    let survival = (largest / ROULETTE_BELOW).min(1.0);
+    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order, LONG_PATH);
     scratch.weight.iter_mut().for_each(|weight| *weight /= survival);
     u < survival
 }

@@ -30,11 +30,14 @@ pub enum BackdropError {
     Cropped { path: PathBuf },
     /// A pixel is no light.
     #[error(
-        "background.image: {} is {value} in channel {channel} at pixel ({column}, {row}); replace NaN and infinities by finite values",
+        "background.image: {} is {value} in channel {channel} at pixel ({column}, {row}); every value must be a number of at most 1e12",
         .path.display()
     )]
     NotFinite { path: PathBuf, channel: &'static str, column: usize, row: usize, value: f32 },
 }
+
+/// As of `background.radiance`: sums of less than this stay finite in the 32 bits of a picture.
+const BRIGHTEST: f32 = 1e12;
 
 /// A picture of all directions: the middle is -Z, right of it is +X, the top is +Y.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +52,7 @@ impl LatLong {
     /// Reads a picture, with warnings about what had to be changed.
     ///
     /// # Errors
-    /// When the file cannot be read, needs more than 2 GiB, lacks colour, is cropped, or holds NaN or infinities.
+    /// When the file cannot be read, needs more than 2 GiB, lacks colour, is cropped, or holds NaN or more than 1e12.
     pub fn read(path: &Path) -> Result<(Self, Vec<Warning>), BackdropError> {
         Self::of(&exr::read(path, Limits::default())?, path)
     }
@@ -57,7 +60,7 @@ impl LatLong {
     /// Takes a picture that has been read, with warnings about what had to be changed; `path` names it in messages.
     ///
     /// # Errors
-    /// When it lacks colour, is cropped, or holds NaN or infinities.
+    /// When it lacks colour, is cropped, or holds NaN or more than 1e12.
     pub fn of(picture: &Picture, path: &Path) -> Result<(Self, Vec<Warning>), BackdropError> {
         let frame = picture.frame;
         let full = [frame.full_width, frame.full_height];
@@ -72,7 +75,7 @@ impl LatLong {
             let mut texel = [0.0; 3];
             for (value, (channel, values)) in texel.iter_mut().zip(channels) {
                 let found = values.get(i).copied().unwrap_or(0.0);
-                if !found.is_finite() {
+                if found.is_nan() || found.abs() > BRIGHTEST {
                     let (column, row) = (i % width, i / width);
                     return Err(BackdropError::NotFinite { path: path.into(), channel, column, row, value: found });
                 }

@@ -100,6 +100,16 @@ impl Kept {
         &self.head.about
     }
 
+    /// Bytes of each film.
+    pub fn film_bytes(&self) -> u64 {
+        self.record.left() / self.head.n_films.max(1) as u64
+    }
+
+    /// Width and height of the picture, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.head.width, self.head.height]
+    }
+
     /// Reads the sums.
     ///
     /// # Errors

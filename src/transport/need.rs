@@ -4,12 +4,14 @@
 //! a moment (docs/robustness.md). They are meant to be somewhat too large: what is allowed must fit.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use super::glow;
 use super::place::bin_plan;
 use super::render::{RenderRequest, Spectral};
 use super::wanted_tables::table_wavelengths;
 use crate::film::Film;
+use crate::image::exr::{Foretold, foretold};
 use crate::optics::bins::BinPlan;
 use crate::optics::tables::predicted_bytes;
 use crate::plan::EffectPlan;
@@ -115,7 +117,23 @@ impl Need {
         let bytes = predicted_bytes(&bins, &scene.classes, tables);
         need.add("optical tables", bytes, "ask for fewer spectral bands, or for fewer droplets.size_bins");
         need.add_film(request, n_wavelengths, held);
+        need.add_background(scene, plan);
         need
+    }
+
+    /// Of a picture that is read: `what` it is for.
+    pub fn add_picture(&mut self, what: impl Into<String>, path: &Path, bytes_per_pixel: u64) {
+        if let Some(Foretold { pixels, bytes }) = foretold(path) {
+            let bytes = bytes.saturating_add(pixels.saturating_mul(bytes_per_pixel));
+            self.add(what, bytes, "use a smaller picture");
+        }
+    }
+
+    /// The background's picture while its texels are taken from it.
+    fn add_background(&mut self, scene: &Scene, plan: &EffectPlan) {
+        if let Some(path) = scene.settings.background.image.as_ref().filter(|_| plan.is_on(Effect::Background)) {
+            self.add_picture("the background's picture", path, size_of::<[f32; 3]>() as u64);
+        }
     }
 
     /// Of as many droplets and the tree over them.
@@ -176,9 +194,13 @@ impl Need {
         let n_films = held.n_copies.saturating_mul(request.until.runs().len() as u64);
         let remedy = "lower --resolution, render a part with --crop, or ask for less with --aov and --spectral";
         self.add(format!("sums of {width}x{height} pixels"), n_sums.saturating_mul(8 * n_films), remedy);
-        // Its channels, the compressed blocks and the file made of them.
+        self.add_written([width, height], held.n_channels + n_spectral, remedy);
+    }
+
+    /// A picture that is written: its channels, the compressed blocks and the file made of them.
+    pub fn add_written(&mut self, [width, height]: [u32; 2], n_channels: usize, remedy: &'static str) {
         let pixels = u64::from(width) * u64::from(height);
-        let channels = (held.n_channels + n_spectral) as u64;
-        self.add(format!("a picture of {channels} channels"), pixels.saturating_mul(4 * 3 * channels), remedy);
+        let bytes = pixels.saturating_mul(4 * 3).saturating_mul(n_channels as u64);
+        self.add(format!("a picture of {n_channels} channels"), bytes, remedy);
     }
 }

@@ -27,7 +27,7 @@ const LEAST_CHANCE: f64 = 0.02;
 const ROULETTE_BELOW: f64 = 0.03;
 
 /// Paths of more collisions than this are thinned out, whatever their weight: clouds that people render have few.
-const LONG_PATH: u32 = 512;
+pub(super) const LONG_PATH: u32 = 512;
 
 /// Adds the light of one path to the layers; `scratch.crossings` holds what the camera ray meets.
 pub(super) fn add_path(ctx: &RenderContext, camera_ray: &LocalRay, random: &PathRandom, scratch: &mut Scratch) {

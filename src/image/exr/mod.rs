@@ -5,6 +5,7 @@
 
 mod decode;
 mod encode;
+mod foretold;
 mod header;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use super::picture::{Picture, PictureError};
 
 pub use decode::{Limits, decode, read};
 pub use encode::encode;
+pub use foretold::{Foretold, foretold};
 
 /// A picture could not be written as OpenEXR.
 #[derive(Debug, Error)]

@@ -82,7 +82,7 @@ pub enum GenerateError {
     EmptyParcels { parcels: u64, droplets: f64 },
     /// A parcel would hold more droplets than its attribute can say.
     #[error(
-        "a parcel would hold {droplets:e} droplets, more than a file can say (3e38): raise `--count`, or lower `--liquid-water` or `--optical-depth`"
+        "a parcel would hold {droplets:e} droplets, more than a scene may have in one (1e36): raise `--count`, or lower `--liquid-water` or `--optical-depth`"
     )]
     FullParcels { droplets: f64 },
     /// Patchiness outside 0 ..= 1.

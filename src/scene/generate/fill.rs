@@ -9,7 +9,7 @@ use super::recipe::{Content, Recipe};
 use super::shape::CloudShape;
 use super::sizes::Sizes;
 use crate::optics::distribution::Shape;
-use crate::scene::model::SMALLEST_RADIUS_M;
+use crate::scene::model::{MOST_DROPLETS, SMALLEST_RADIUS_M};
 use crate::warning::Warning;
 
 /// Liquid water of radiation fog and small cumulus, g/m^3 (Hess, Koepke & Schult 1998: 0.06 to 0.3).
@@ -172,7 +172,7 @@ fn share_out(droplets: f64, shares: &[f64]) -> Result<Vec<f32>, GenerateError> {
     if thinnest <= 1.001 {
         return Err(GenerateError::EmptyParcels { parcels: shares.len() as u64, droplets });
     }
-    if fullest > f64::from(f32::MAX) {
+    if fullest > MOST_DROPLETS {
         return Err(GenerateError::FullParcels { droplets: fullest });
     }
     Ok(shares.iter().map(|share| (each * share) as f32).collect())

@@ -70,7 +70,7 @@ fn local_transform(node: &Node, element: &str) -> SceneResult<DAffine3> {
         return Ok(DAffine3 { matrix3: linear, translation: column(3) });
     }
     let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-    if !(rotation.length() > 0.0 && rotation.is_finite()) {
+    if !(rotation.length() > 0.0 && rotation.length().is_finite()) {
         let (what, value) = ("the length of its rotation".into(), rotation.length());
         return Err(SceneError::at(element, SceneFault::Range { what, value, expected: "a unit quaternion" }));
     }

@@ -9,7 +9,9 @@ use super::unrendered::{Kind, Unrendered};
 use crate::scene::error::{SceneError, SceneFault, SceneResult};
 use crate::scene::fog::ball_volume_m3;
 use crate::scene::marks::{MarkKind, Marks};
-use crate::scene::model::{FogBalls, FogDensity, Particle, ParticleKind, SMALLEST_RADIUS_M, WORLD_LIMIT_M};
+use crate::scene::model::{
+    FogBalls, FogDensity, MOST_DROPLETS, Particle, ParticleKind, SMALLEST_RADIUS_M, WORLD_LIMIT_M,
+};
 
 /// Raindrops above this radius break up in air (Pruppacher & Klett 1997, section 10.3.5), m.
 const LARGEST_DROP_M: f64 = 5e-3;
@@ -216,7 +218,9 @@ fn content(group: &Group, count: Option<f64>, radius_m: f64, i: u64) -> SceneRes
         // Filled later, by `Scene::fill_fog`.
         (GroupKind::Fog, Some(_), None) => Ok((ParticleKind::Parcel, 0.0)),
         (_, _, None) => Ok((ParticleKind::Droplet, 1.0)),
-        (_, _, Some(count)) if !(1.0..=1e36).contains(&count) => range("_DROPLET_COUNT", count, "0, or 1 to 1e36"),
+        (_, _, Some(count)) if !(1.0..=MOST_DROPLETS).contains(&count) => {
+            range("_DROPLET_COUNT", count, "0, or 1 to 1e36")
+        }
         (GroupKind::Fog, ..) => Ok((ParticleKind::Parcel, count.unwrap_or(1.0))),
         (_, _, Some(1.0)) => Ok((ParticleKind::Droplet, 1.0)),
         (_, _, Some(count)) => Ok((ParticleKind::Parcel, count)),
