@@ -239,9 +239,15 @@ fn goes_on(is_air: bool, draw: u32, order: u32, random: &PathRandom, scratch: &m
         return survives(u, order, scratch);
     }
     let largest = scratch.weight.iter().copied().fold(0.0, f64::max);
-    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_of_length(order, LONG_PATH);
+    let survival = (largest / ROULETTE_BELOW).min(1.0) * survival_in_air(order);
     scratch.weight.iter_mut().for_each(|weight| *weight /= survival);
     u < survival
+}
+
+/// Probability that a path of any weight goes on in the air. The camera is in the middle of it: from deep air that takes nothing next to no path
+/// leaves by itself, so that 1 - 1/n is needed for a mean length that grows with ln n alone.
+fn survival_in_air(order: u32) -> f64 {
+    survival_of_length(order, LONG_PATH).powi(2)
 }
 
 /// Draws the next direction by the air's phase function. No turn before counts as a small one of droplets any more.
