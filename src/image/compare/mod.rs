@@ -3,6 +3,7 @@
 //! Legend: a, b values of a pixel and channel; s_a, s_b their recorded standard errors; d = a - b;
 //! n the number of pixels compared; Y luminance.
 
+mod layers;
 mod map;
 mod overlap;
 mod report;
@@ -13,10 +14,13 @@ use thiserror::Error;
 
 use super::picture::Picture;
 use super::preview::LUMINANCE;
+use layers::channel_difference;
 use overlap::{Overlap, Pixel};
 
 pub use map::difference_map;
-pub use report::{ChannelDifference, Comparison, ErrorSource, MeanRatio, NonFinitePixel, WorstPixel, ZScores};
+pub use report::{
+    ChannelDifference, Comparison, ErrorSource, LayerDifference, MeanRatio, NonFinitePixel, WorstPixel, ZScores,
+};
 
 const COLOURS: [&str; 3] = ["R", "G", "B"];
 const ERRORS: [&str; 3] = ["stderr.R", "stderr.G", "stderr.B"];
@@ -74,7 +78,7 @@ pub fn compare(a: &Picture, b: &Picture) -> Result<Comparison, CompareError> {
         worst: worst_pixel(&finite, a),
         channels: names_a
             .intersection(&names_b)
-            .filter_map(|name| channel_difference(name, &overlap, a.channel(name)?, b.channel(name)?))
+            .filter_map(|name| Some(channel_difference(name, &overlap, a.channel(name)?, b.channel(name)?)))
             .collect(),
         only_in_a: names_a.difference(&names_b).cloned().collect(),
         only_in_b: names_b.difference(&names_a).cloned().collect(),
@@ -97,14 +101,15 @@ fn mean_of(values: [f64; 3]) -> f64 {
     values.iter().sum::<f64>() / 3.0
 }
 
-/// Mean over pixels; 0 where there are none.
+/// Mean over pixels; not a number where there are none.
 fn mean(pixels: &[&Pixel], value: impl Fn(&Pixel) -> f64) -> f64 {
-    pixels.iter().map(|pixel| value(pixel)).sum::<f64>() / pixels.len().max(1) as f64
+    pixels.iter().map(|pixel| value(pixel)).sum::<f64>() / pixels.len() as f64
 }
 
 fn relative_mse(pixels: &[&Pixel], mean_b: f64, rmse: f64) -> Option<f64> {
     let floor = RELATIVE_FLOOR * mean_b * mean_b;
-    if floor <= 0.0 {
+    // Without a finite pixel the floor is no number.
+    if floor.is_nan() || floor <= 0.0 {
         return (rmse == 0.0).then_some(0.0);
     }
     Some(mean(pixels, |pixel| {
@@ -116,15 +121,16 @@ fn relative_mse(pixels: &[&Pixel], mean_b: f64, rmse: f64) -> Option<f64> {
 }
 
 /// Ratio r = mean Y_a / mean Y_b. Its error to first order: from recorded errors, var r = (var m_a + r^2 var m_b) / m_b^2;
-/// from scatter, the variance of Y_a - r Y_b between pixels over n m_b^2 (Cochran 1977, equation 6.13).
+/// from scatter, where any pixel's error is missing or no number, the variance of Y_a - r Y_b between pixels over n m_b^2 (Cochran 1977, equation 6.13).
 fn mean_ratio(pixels: &[&Pixel], errors: Option<&Errors<'_>>) -> Option<MeanRatio> {
     let n = pixels.len() as f64;
     let (mean_a, mean_b) = (mean(pixels, |pixel| luminance(pixel.a)), mean(pixels, |pixel| luminance(pixel.b)));
-    if mean_b <= 0.0 {
+    if mean_b.is_nan() || mean_b <= 0.0 {
         return None;
     }
     let ratio = mean_a / mean_b;
-    let (variance, error_from) = match errors {
+    let is_known = |errors: &&Errors| pixels.iter().all(|pixel| pixel.errors(errors).iter().all(|e| e.is_finite()));
+    let (variance, error_from) = match errors.filter(is_known) {
         Some((a, b)) => {
             let variance = |errors: &[&[f32]; 3], index: usize| luminance(errors.map(|values| values[index])).powi(2);
             let sum = mean(pixels, |pixel| variance(a, pixel.at.0) + ratio * ratio * variance(b, pixel.at.1));
@@ -155,8 +161,9 @@ fn z_scores(pixels: &[&Pixel], errors: &Errors<'_>) -> Option<ZScores> {
     let n = z.len().max(1) as f64;
     Some(ZScores {
         n: z.len() as u64,
-        mean: z.iter().sum::<f64>() / n,
-        rms: (z.iter().map(|z| z * z).sum::<f64>() / n).sqrt(),
+        // The sum of nothing is -0.
+        mean: z.iter().sum::<f64>() / n + 0.0,
+        rms: (z.iter().map(|z| z * z).sum::<f64>() / n + 0.0).sqrt(),
         max: z.iter().fold(0.0, |max, z| max.max(z.abs())),
         share_beyond_3: z.iter().filter(|z| z.abs() > 3.0).count() as f64 / n,
         n_unexplained,
@@ -174,23 +181,6 @@ fn worst_pixel(pixels: &[&Pixel], a: &Picture) -> Option<WorstPixel> {
 fn place(pixel: &Pixel, a: &Picture) -> [i32; 2] {
     let width = a.width as usize;
     [a.frame.x + (pixel.at.0 % width) as i32, a.frame.y + (pixel.at.0 / width) as i32]
-}
-
-fn channel_difference(name: &str, overlap: &Overlap, a: &[f32], b: &[f32]) -> Option<ChannelDifference> {
-    let (mut n, mut sum_a, mut sum_b, mut squares, mut max) = (0_u64, 0.0, 0.0, 0.0, 0.0_f64);
-    for (i, j) in overlap.pairs() {
-        let (a, b) = (f64::from(a[i]), f64::from(b[j]));
-        if a.is_finite() && b.is_finite() {
-            n += 1;
-            sum_a += a;
-            sum_b += b;
-            squares += (a - b).powi(2);
-            max = max.max((a - b).abs());
-        }
-    }
-    let n = (n > 0).then_some(n as f64)?;
-    let rmse = (squares / n).sqrt();
-    Some(ChannelDifference { name: name.into(), mean_a: sum_a / n, mean_b: sum_b / n, rmse, max })
 }
 
 #[cfg(test)]
@@ -276,6 +266,22 @@ mod tests {
     }
 
     #[test]
+    fn where_an_error_is_no_number_the_scatter_tells_too() {
+        let (mut a, b) = (noisy(100, 1.0, 0.1, 1), noisy(100, 1.0, 0.2, 2));
+        a.channels[3].values[7] = f32::NAN;
+        let broken = compare(&a, &b).expect("comparable");
+        let ratio = broken.mean_ratio.expect("b is lit");
+        assert_eq!(ratio.error_from, ErrorSource::Scatter);
+        assert!((ratio.error / 0.002_236 - 1.0).abs() < 0.05, "{ratio:?}");
+        // The other values are explained as before.
+        assert_eq!(broken.z.map(|z| (z.n, z.n_unexplained)), Some((29_999, 1)));
+        // The errors of pixels that are left out do not matter.
+        a.channels[0].values[7] = f32::NAN;
+        let left_out = compare(&a, &b).expect("comparable").mean_ratio.expect("b is lit");
+        assert_eq!(left_out.error_from, ErrorSource::Recorded);
+    }
+
+    #[test]
     fn crops_are_laid_over_the_whole() {
         let mut whole = uniform(6, 5, 0.0);
         for channel in &mut whole.channels {
@@ -305,6 +311,10 @@ mod tests {
         broken.channels[0].values[4] = f32::NAN;
         let with_nan = compare(&broken, &uniform(3, 3, 1.0)).expect("comparable");
         assert_eq!((with_nan.n_non_finite, with_nan.n_different, with_nan.rmse), (1, 1, 0.0));
+        let all_nan = uniform(3, 3, f32::NAN);
+        let nothing = compare(&all_nan, &uniform(3, 3, 1.0)).expect("comparable");
+        assert!(nothing.rmse.is_nan() && nothing.worst.is_none() && nothing.z.is_none(), "{nothing:?}");
+        assert_eq!((nothing.relative_rmse, nothing.relative_mse, nothing.mean_ratio), (None, None, None));
         broken.channels.remove(2);
         let missing = compare(&black, &broken);
         assert_eq!(missing, Err(CompareError::Channel { which: "second", channel: "B" }));
@@ -319,5 +329,6 @@ mod tests {
         };
         let z = compare(&with_errors(1.0), &with_errors(1.5)).expect("comparable").z.expect("errors are recorded");
         assert_eq!((z.n, z.n_unexplained), (0, 12));
+        assert!(z.mean.is_sign_positive() && z.rms == 0.0, "{z:?}");
     }
 }
