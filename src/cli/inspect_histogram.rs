@@ -44,8 +44,8 @@ impl Histogram {
         self.amounts.len() < 2
     }
 
-    /// A chart of a few lines beside a label of that many columns, with the radii at its ends; none of a single radius. What holds any droplet has
-    /// a dot at least.
+    /// A chart of a few lines beside a label, with the radii at its ends; none of a single radius. What holds any droplet has a dot
+    /// at least.
     pub fn chart(&self, label: &str, remark: &str) -> Option<String> {
         if self.is_single() {
             return None;

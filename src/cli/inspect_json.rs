@@ -98,15 +98,16 @@ fn class((class, sizes): (&DropletClass, &ClassSizes)) -> Value {
         "fog_boxes": sizes.n_fog_boxes,
         "sizes": sizes.words(&distribution),
         "size_bins": sizes.n_bins,
-        "own_radii": sizes.own.as_ref().map(|own| histogram(own, "counts")),
-        "distribution_radii": sizes.law.as_ref().map(|law| histogram(law, "shares")),
+        "own_radii": sizes.own.as_ref().map(|own| histogram(own, "counts", |count| json!(count as u64))),
+        "distribution_radii": sizes.law.as_ref().map(|law| histogram(law, "shares", |share| json!(share))),
     })
 }
 
-fn histogram(histogram: &Histogram, amounts: &str) -> Value {
+fn histogram(histogram: &Histogram, what: &str, amount: fn(f64) -> Value) -> Value {
+    let amounts: Vec<Value> = histogram.amounts.iter().copied().map(amount).collect();
     json!({
         "least_m": histogram.least_m, "effective_m": histogram.effective_m, "greatest_m": histogram.greatest_m,
-        "edges_m": histogram.edges_m, amounts: histogram.amounts,
+        "edges_m": histogram.edges_m, what: amounts,
     })
 }
 
