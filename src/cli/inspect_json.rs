@@ -1,5 +1,6 @@
 //! What `mie-cloud inspect` prints for programs.
 
+use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use super::inspect_histogram::Histogram;
@@ -113,13 +114,15 @@ fn histogram(histogram: &Histogram, what: &str, amount: fn(f64) -> Value) -> Val
 
 fn camera(camera: &Camera) -> Value {
     let frame = camera.world_from_camera;
+    // Not its negative: programs are spared -0.
+    let direction = DVec3::ZERO - frame.z_axis;
     let (yfov_deg, size_m) = match camera.lens {
         Lens::Perspective { yfov_rad, .. } => (Some(yfov_rad.to_degrees()), None),
         Lens::Orthographic { xmag_m, ymag_m } => (None, Some([2.0 * xmag_m, 2.0 * ymag_m])),
     };
     json!({
         "name": camera.name, "position_m": camera.position_m.to_array(), "lens": lens(camera.lens),
-        "direction": (-frame.z_axis).to_array(), "up": frame.y_axis.to_array(), "yfov_deg": yfov_deg, "size_m": size_m,
+        "direction": direction.to_array(), "up": frame.y_axis.to_array(), "yfov_deg": yfov_deg, "size_m": size_m,
     })
 }
 
