@@ -290,6 +290,75 @@ fn diff_says_which_pixels_and_pictures_cannot_be_compared() {
     assert_says(&warned("f.exr c.exr"), &["1 cd/m^2 in the first", "31830.9", "whiteLuminance", "--absolute"]);
 }
 
+/// A file with any channels and values of two by two pixels; the program itself writes no NaN.
+fn write_channels(bench: &Bench, name: &str, channels: &[(&str, [f32; 4])]) {
+    use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
+    let channel = |(name, values): &(&str, [f32; 4])| AnyChannel::new(*name, FlatSamples::F32(values.to_vec()));
+    let channels = AnyChannels::sort(channels.iter().map(channel).collect::<SmallVec<_>>());
+    Image::from_channels((2, 2), channels).write().to_file(bench.path(name)).expect("written");
+}
+
+fn grey(value: f32) -> Vec<(&'static str, [f32; 4])> {
+    ["R", "G", "B"].map(|name| (name, [value; 4])).into()
+}
+
+fn with_errors(value: f32, error: [f32; 4]) -> Vec<(&'static str, [f32; 4])> {
+    let errors = ["stderr.R", "stderr.G", "stderr.B"].map(|name| (name, error));
+    grey(value).into_iter().chain(errors).collect()
+}
+
+/// Expected: what no error explains is never said to agree.
+#[test]
+fn diff_tells_of_differences_that_no_error_explains() {
+    let bench = Bench::new();
+    write_channels(&bench, "a.exr", &with_errors(1.0, [0.0; 4]));
+    write_channels(&bench, "b.exr", &with_errors(1.5, [0.0; 4]));
+    let said = bench.ok("diff a.exr b.exr");
+    assert_says(&said, &["z-scores        12 values differ without any recorded error\n"]);
+    write_channels(&bench, "c.exr", &with_errors(1.5, [0.0, 0.1, 0.1, 0.1]));
+    assert_says(
+        &bench.ok("diff a.exr c.exr"),
+        &["z-scores        mean -5.000", "3 values differ without any recorded error"],
+    );
+    assert!(!bench.ok("diff c.exr c.exr").contains("without any"));
+    // One error that is no number takes the others' place as the scatter does, which is none here.
+    write_channels(&bench, "d.exr", &with_errors(1.0, [f32::NAN, 0.1, 0.1, 0.1]));
+    assert_says(&bench.ok("diff d.exr c.exr"), &["mean ratio      0.666667 +- 0.00e0\n"]);
+}
+
+#[test]
+fn diff_gives_no_numbers_of_no_pixel() {
+    let bench = Bench::new();
+    write_channels(&bench, "a.exr", &grey(f32::NAN));
+    write_channels(&bench, "b.exr", &grey(1.0));
+    for pair in ["a.exr b.exr", "b.exr a.exr", "a.exr a.exr"] {
+        let said = bench.ok(&format!("diff {pair}"));
+        assert_says(&said, &["pixels          4 (", "4 not finite)"]);
+        assert!(["RMSE", "MSE", "ratio", "z-scores", "worst"].iter().all(|number| !said.contains(number)), "{said}");
+        bench.run(&format!("diff {pair} --max-rel 1")).status.code().filter(|code| *code == 1).expect("too much");
+    }
+}
+
+#[test]
+fn diff_tells_of_layers() {
+    let bench = Bench::new();
+    let with =
+        |more: &[(&'static str, [f32; 4])]| grey(1.0).into_iter().chain(more.iter().copied()).collect::<Vec<_>>();
+    write_channels(
+        &bench,
+        "a.exr",
+        &with(&[("A", [1.0; 4]), ("direct.R", [2.0; 4]), ("glow.R", [1.0; 4]), ("glow.G", [1.0; 4])]),
+    );
+    write_channels(&bench, "b.exr", &with(&[("A", [1.0; 4]), ("direct.R", [1.0; 4]), ("depth.Z", [1.0; 4])]));
+    let said = bench.ok("diff a.exr b.exr");
+    let lines: Vec<&str> = said.lines().collect();
+    assert_says(&said, &["0 differ in R, G or B", "only in the first: glow\n", "only in the second: depth\n"]);
+    let at = lines.iter().position(|line| *line == "layers that differ").expect("layers");
+    assert_eq!(lines[at + 1], "  direct        mean 2.000e0 against 1.000e0, RMSE 1.000e0, in R");
+    assert!(lines[at + 2].starts_with("only in"), "{said}");
+    assert!(!bench.ok("diff a.exr a.exr").contains("layers"));
+}
+
 #[test]
 fn inspect_lists_the_droplets_that_there_are() {
     let bench = Bench::new();

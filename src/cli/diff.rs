@@ -1,9 +1,8 @@
 //! `mie-cloud diff`: how much two pictures differ.
 
-use std::io::Write;
-
 use super::args::DiffArgs;
 use super::claims::Outputs;
+use super::diff_report::print;
 use super::failure::{FAILURE, Failure};
 use super::memory::MemoryLimit;
 use super::say::say;
@@ -71,42 +70,4 @@ fn unlike(a: &Picture, b: &Picture) -> Vec<String> {
         format!("1.0 is {a} cd/m^2 in the first picture, {b} in the second (whiteLuminance); {remedy}")
     });
     modes.into_iter().chain(whites).collect()
-}
-
-fn print(c: &Comparison) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "pixels          {} ({} differ, {} not finite)", c.n_pixels, c.n_different, c.n_non_finite)?;
-    if let Some(pixel) = &c.first_non_finite {
-        let left_out = "left out of what follows, and never within --max-rel";
-        writeln!(out, "not finite      ({}, {}): {:?} against {:?}; {left_out}", pixel.x, pixel.y, pixel.a, pixel.b)?;
-    }
-    writeln!(out, "RMSE            {:.6e}", c.rmse)?;
-    if let Some(relative) = c.relative_rmse {
-        writeln!(out, "relative RMSE   {relative:.6e}  (of the second picture's mean luminance)")?;
-    }
-    if let Some(relative) = c.relative_mse {
-        writeln!(out, "relative MSE    {relative:.6e}")?;
-    }
-    if let Some(ratio) = &c.mean_ratio {
-        writeln!(out, "mean ratio      {:.6} +- {:.2e}", ratio.ratio, ratio.error)?;
-    }
-    if let Some(z) = &c.z {
-        writeln!(
-            out,
-            "z-scores        mean {:.3}, RMS {:.3}, largest {:.2}, {:.2} % beyond 3",
-            z.mean,
-            z.rms,
-            z.max,
-            100.0 * z.share_beyond_3
-        )?;
-    }
-    if let Some(worst) = c.worst.as_ref().filter(|_| c.n_different > 0) {
-        writeln!(out, "worst pixel     ({}, {}): {:?} against {:?}", worst.x, worst.y, worst.a, worst.b)?;
-    }
-    for (which, names) in [("first", &c.only_in_a), ("second", &c.only_in_b)] {
-        if !names.is_empty() {
-            writeln!(out, "only in the {which}: {}", names.join(", "))?;
-        }
-    }
-    Ok(())
 }

@@ -2,16 +2,15 @@
 
 use std::io::Write;
 
-use serde_json::{Value, json};
-
 use super::args::InspectArgs;
 use super::failure::Failure;
-use super::inspect_report::{Seen, count, drawn_radii_m, lens};
+use super::inspect_report::Seen;
+use super::inspect_sizes::ClassSizes;
 use super::job::target_and_sampling;
 use super::progress::Verbosity;
 use super::scene::{load_scene, print_warnings};
 use crate::plan::{self, EffectPlan, SceneFacts, SeenDepths};
-use crate::scene::model::{ParticleKind, Scene};
+use crate::scene::model::Scene;
 use crate::spectrum::SpectralSampling;
 use crate::transport::need::{Held, Need};
 use crate::transport::{RenderRequest, Spectral, Until};
@@ -23,15 +22,20 @@ pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
     let (target, sampling) = target_and_sampling(&scene);
     let plan = plan::plan(&scene, &effects, target, sampling.wavelengths_m.len());
     scene.warnings.extend(plan.warnings());
-    let (facts, depths) = (SceneFacts::of(&scene), SeenDepths::of(&scene));
-    let need = need(&scene, &plan, &sampling);
+    let seen = Seen {
+        scene: &scene,
+        plan: &plan,
+        facts: SceneFacts::of(&scene),
+        depths: SeenDepths::of(&scene),
+        sizes: ClassSizes::of(&scene),
+        sampling: &sampling,
+        need: need(&scene, &plan, &sampling),
+        target,
+    };
     if args.json {
-        let mut json = to_json(&scene, &plan, (&facts, &depths), &sampling);
-        json["memory_bytes"] = memory_json(&need);
-        writeln!(std::io::stdout().lock(), "{json:#}").map_err(Failure::other)?;
+        writeln!(std::io::stdout().lock(), "{:#}", seen.json()).map_err(Failure::other)?;
     } else {
         print_warnings(&scene.warnings, Verbosity::Normal);
-        let seen = Seen { scene: &scene, plan: &plan, depths, sampling: &sampling, need: &need, target };
         write!(std::io::stdout().lock(), "{}", seen.report()).map_err(Failure::other)?;
     }
     Ok(0)
@@ -49,53 +53,4 @@ fn need(scene: &Scene, plan: &EffectPlan, sampling: &SpectralSampling) -> Need {
     };
     let held = Held { n_channels: 4, n_copies: 1, n_threads: rayon::current_num_threads() };
     Need::of_render(scene, plan, sampling, &request, held)
-}
-
-fn memory_json(need: &Need) -> Value {
-    let parts: Vec<Value> = need.items.iter().map(|item| json!({ "what": item.what, "bytes": item.bytes })).collect();
-    json!({ "total": need.total(), "parts": parts })
-}
-
-fn to_json(
-    scene: &Scene,
-    plan: &EffectPlan,
-    (facts, depths): (&SceneFacts, &SeenDepths),
-    sampling: &SpectralSampling,
-) -> Value {
-    let decision = |d: &plan::Decision| {
-        (
-            d.effect.name().to_owned(),
-            json!({ "on": d.on, "reason": d.reason, "estimate": d.estimate, "time_share": d.time_share }),
-        )
-    };
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "scene": scene.name,
-        "hash": scene.hash,
-        "droplets": count(scene, ParticleKind::Droplet),
-        "parcels": count(scene, ParticleKind::Parcel),
-        "fog_boxes": scene.fog_boxes.len(),
-        "drawn_radius_m": drawn_radii_m(scene).map(|(least, most)| [least, most]),
-        "classes": scene.classes.iter().map(|class| json!({
-            "material": class.material.to_string(),
-            "distribution": class.distribution.to_string(),
-            "phase": class.phase.to_string(),
-            "albedo": class.albedo,
-        })).collect::<Vec<_>>(),
-        "optical_depth": { "seen": depths.mean, "deepest_seen": depths.deepest, "across": facts.optical_depth,
-            "deepest": facts.deepest_optical_depth, "meaning": {
-                "seen": "about, mean over the camera's rays that meet droplets",
-                "deepest_seen": "about, the largest along the camera's rays on a coarse grid",
-                "across": "rough: extinction over the mean shadow of the box around all particles, and every fog box along its diagonal",
-                "deepest": "rough: across, along the longest way through that box; no ray is deeper",
-            } },
-        "suns": scene.suns.iter().map(|sun| json!({
-            "name": sun.name, "direction": sun.direction.to_array(), "lux": sun.lux, "color": sun.color,
-        })).collect::<Vec<_>>(),
-        "camera": { "name": scene.camera.name, "position_m": scene.camera.position_m.to_array(), "lens": lens(scene.camera.lens) },
-        "resolution": scene.settings.image.resolution,
-        "spectral_mode": sampling.mode().to_string(),
-        "effects": plan.decisions.iter().map(decision).collect::<serde_json::Map<_, _>>(),
-        "warnings": scene.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-    })
 }

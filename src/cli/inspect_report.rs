@@ -1,26 +1,33 @@
 //! What `mie-cloud inspect` prints for people: a line or two about each thing, none wider than a terminal.
 
-use std::collections::BTreeSet;
-
-use crate::excerpt::{excerpt, printable};
-use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SeenDepths};
-use crate::scene::model::{Lens, Particle, ParticleKind, Scene};
+use crate::excerpt::printable;
+use crate::optics::DropletClass;
+use crate::plan::{Decision, EffectPlan, SHARE_OF_TARGET, SceneFacts, SeenDepths};
+use crate::scene::model::{ParticleKind, Scene};
 use crate::scene::settings::Switch;
 use crate::spectrum::SpectralSampling;
 use crate::transport::need::Need;
 use crate::units::format_bytes;
 use crate::units::short::{amount, length, number, percent};
 
+use super::inspect_light::{camera, sun};
+use super::inspect_sizes::{ClassSizes, drawn_radii_m, size_parameters};
 use super::job::DEFAULT_SPP;
 use super::wrapped::beside;
+
+/// More charts than this are no longer looked at: JSON has them all.
+const MOST_CHARTS: usize = 4;
 
 /// What is reported.
 pub struct Seen<'a> {
     pub scene: &'a Scene,
     pub plan: &'a EffectPlan,
+    pub facts: SceneFacts,
     pub depths: SeenDepths,
+    /// Of every class.
+    pub sizes: Vec<ClassSizes>,
     pub sampling: &'a SpectralSampling,
-    pub need: &'a Need,
+    pub need: Need,
     /// Relative error that is aimed at.
     pub target: f64,
 }
@@ -29,32 +36,63 @@ impl Seen<'_> {
     /// The whole report.
     pub fn report(&self) -> String {
         let scene = self.scene;
-        let mut lines = vec![("particles", particles(scene))];
-        lines.extend(drawn_radii_m(scene).map(|radii_m| ("radii", radii(radii_m))));
-        lines.extend(classes(scene).into_iter().map(|class| ("droplets", droplets(scene, class))));
-        lines.push(("depth", self.depth()));
-        for sun in &scene.suns {
-            lines.push((
-                "sun",
-                format!("{}: {} lx, shining along {}", sun.name, number(sun.lux), vector(sun.direction)),
-            ));
+        let what = [("particles", Some(particles(scene))), ("radii", drawn_radii_m(scene).map(radii))];
+        let how = [("bins", self.bins()), ("depth", Some(self.depth())), ("coverage", self.coverage())];
+        let suns = scene.suns.iter().map(|one| ("sun", Some(sun(scene, self.sampling, one))));
+        let rest = [
+            ("air", Some(self.air())),
+            ("camera", Some(camera(&scene.camera))),
+            ("picture", Some(self.picture())),
+            ("memory", Some(self.memory())),
+        ];
+        let (what, classes, how) = (lines(what), self.classes(), lines(how.into_iter().chain(suns).chain(rest)));
+        format!("{}\n{what}{classes}{how}\n{}", printable(&scene.name), self.effects())
+    }
+
+    /// Droplets class by class, each with a chart of its radii.
+    fn classes(&self) -> String {
+        let is_any_used = self.sizes.iter().any(ClassSizes::is_used);
+        let n_charts = self.sizes.iter().flat_map(ClassSizes::histograms).filter(|radii| !radii.is_single()).count();
+        let mut out = String::new();
+        for (class, sizes) in self.scene.classes.iter().zip(&self.sizes) {
+            // Where there are no droplets, what they would be.
+            if sizes.is_used() || !is_any_used {
+                out += &beside(&label_of("droplets"), &droplets(class, sizes));
+            }
+            let remarks = if sizes.histograms().count() > 1 { [", their own", ", distribution"] } else { [""; 2] };
+            let charts = sizes.histograms().zip(remarks).filter(|_| n_charts <= MOST_CHARTS);
+            out.extend(charts.filter_map(|(radii, remark)| radii.chart(&label_of("sizes"), remark)));
         }
-        lines.push(("air", self.air()));
-        let camera = &scene.camera;
-        lines.push((
-            "camera",
-            format!("{} at {} m, {}", excerpt(&camera.name), vector(camera.position_m), lens(camera.lens)),
-        ));
-        let [width, height] = scene.settings.image.resolution;
-        let until = match scene.settings.accuracy.target {
+        out
+    }
+
+    fn bins(&self) -> Option<String> {
+        let [least, most] = size_parameters(&self.sizes, &self.sampling.wavelengths_m)?.map(number);
+        let bins = amount(self.sizes.iter().map(|sizes| sizes.n_bins).sum(), "size bin", "size bins");
+        let wavelengths = amount(self.sampling.wavelengths_m.len(), "wavelength", "wavelengths");
+        let range = if least == most { least } else { format!("{least} to {most}") };
+        Some(format!("{bins} at {wavelengths}, size parameters {range}"))
+    }
+
+    fn picture(&self) -> String {
+        let [width, height] = self.scene.settings.image.resolution;
+        let until = match self.scene.settings.accuracy.target {
             Some(target) => format!("until its noise is {}", percent(target)),
             None => format!("{DEFAULT_SPP} samples per pixel"),
         };
-        lines.push(("picture", format!("{width}x{height}, {}, {until}", self.sampling.mode())));
-        lines.push(("memory", self.memory()));
-        let beside_label = |(label, text): (&str, String)| beside(&format!("{label:<12}"), &text);
-        let lines: String = lines.into_iter().map(beside_label).collect();
-        format!("{}\n{lines}\n{}", printable(&scene.name), self.effects())
+        format!("{width}x{height}, {}, {until}", self.sampling.mode())
+    }
+
+    /// How much of what shines through the picture droplets take.
+    fn coverage(&self) -> Option<String> {
+        let cover = self.facts.cover;
+        (cover > 0.0).then(|| format!("about {} of the picture, by the light that droplets take", percent(cover)))
+    }
+
+    /// The air's phase function as it is written.
+    pub fn air_phase(&self) -> String {
+        let settings = self.scene.settings.to_json();
+        settings["atmosphere.phase"].as_str().unwrap_or_default().to_owned()
     }
 
     fn depth(&self) -> String {
@@ -62,10 +100,11 @@ impl Seen<'_> {
         if self.scene.particles.is_empty() && self.scene.fog_boxes.is_empty() {
             return "0: there are no droplets".into();
         }
+        let across = format!("roughly {} across the cloud", number(self.facts.optical_depth));
         if deepest == 0.0 {
-            return "the camera sees no droplet: does it look their way?".into();
+            return format!("the camera sees no droplet: does it look their way? {across}");
         }
-        format!("about {} along the camera's rays, about {} at most", number(mean), number(deepest))
+        format!("about {} along the camera's rays, about {} at most; {across}", number(mean), number(deepest))
     }
 
     fn air(&self) -> String {
@@ -73,14 +112,18 @@ impl Seen<'_> {
         if air.scattering_per_m == 0.0 && air.absorption_per_m == 0.0 {
             return "clear".into();
         }
+        let sunlight = if air.sunlight { "" } else { ", no sunlight" };
         format!(
-            "scatters {} /m, absorbs {} /m, within {} m of the camera",
-            air.scattering_per_m, air.absorption_per_m, air.depth_m
+            "scatters {} /m, absorbs {} /m, within {} m of the camera, phase {}{sunlight}",
+            air.scattering_per_m,
+            air.absorption_per_m,
+            air.depth_m,
+            self.air_phase()
         )
     }
 
     fn memory(&self) -> String {
-        let need = self.need;
+        let need = &self.need;
         let parts: Vec<String> =
             need.items.iter().take(3).map(|item| format!("{} for {}", format_bytes(item.bytes), item.what)).collect();
         format!("about {} to render: {}", format_bytes(need.total()), parts.join(", "))
@@ -97,6 +140,25 @@ impl Seen<'_> {
     }
 }
 
+/// What stands before a line.
+fn label_of(name: &str) -> String {
+    format!("{name:<12}")
+}
+
+/// Each text beside its label.
+fn lines<'a>(lines: impl IntoIterator<Item = (&'a str, Option<String>)>) -> String {
+    let line = |(label, text): (&str, Option<String>)| text.map(|text| beside(&label_of(label), &text));
+    lines.into_iter().filter_map(line).collect()
+}
+
+/// Material, sizes and phase model of a class of droplets.
+fn droplets(class: &DropletClass, sizes: &ClassSizes) -> String {
+    let albedo = class.albedo.map_or(String::new(), |albedo| format!(", albedo {albedo}"));
+    let distribution = class.distribution.to_string();
+    let words = sizes.words(&distribution).unwrap_or(distribution);
+    format!("{}, {words}, phase {}{albedo}", class.material, class.phase)
+}
+
 fn particles(scene: &Scene) -> String {
     let droplets = count(scene, ParticleKind::Droplet);
     let parcels = count(scene, ParticleKind::Parcel);
@@ -108,42 +170,6 @@ fn particles(scene: &Scene) -> String {
     let some: Vec<String> =
         kinds.iter().filter(|kind| kind.0 > 0).map(|(n, one, many)| amount(*n, one, many)).collect();
     if some.is_empty() { "none".into() } else { some.join(", ") }
-}
-
-/// The classes that some droplets are of; all where there are no droplets.
-fn classes(scene: &Scene) -> Vec<usize> {
-    let of_particles = scene.particles.iter().map(|particle| usize::from(particle.class));
-    let used: BTreeSet<usize> = of_particles.chain(scene.fog_boxes.iter().map(|fog| usize::from(fog.class))).collect();
-    if used.is_empty() { (0..scene.classes.len()).collect() } else { used.into_iter().collect() }
-}
-
-/// Material, sizes and phase model of a class of droplets.
-fn droplets(scene: &Scene, class: usize) -> String {
-    let described = &scene.classes[class];
-    let albedo = described.albedo.map_or(String::new(), |albedo| format!(", albedo {albedo}"));
-    let sizes = sizes(scene, class).unwrap_or_else(|| described.distribution.to_string());
-    format!("{}, {sizes}, phase {}{albedo}", described.material, described.phase)
-}
-
-/// The droplets' own radii, where some have radii of their own; others have those of the class's distribution.
-fn sizes(scene: &Scene, class: usize) -> Option<String> {
-    let particles = scene.particles.iter().filter(|particle| usize::from(particle.class) == class);
-    let particles = particles.map(Particle::own_radius_m);
-    let boxes = scene.fog_boxes.iter().filter(|fog| usize::from(fog.class) == class).map(|fog| fog.droplet_radius_m);
-    let (mut own, mut by_law) = (None, false);
-    for radius_m in particles.chain(boxes) {
-        match (radius_m, own) {
-            (None, _) => by_law = true,
-            (Some(r_m), None) => own = Some((r_m, r_m)),
-            (Some(r_m), Some((least, most))) => own = Some((r_m.min(least), r_m.max(most))),
-        }
-    }
-    let (least, most) = own?;
-    let own = match [least, most].map(length) {
-        [least, most] if least == most => format!("radius {least}"),
-        [least, most] => format!("radii {least} to {most}"),
-    };
-    Some(if by_law { format!("{own} and {}", scene.classes[class].distribution) } else { own })
 }
 
 fn radii((least, most): (f32, f32)) -> String {
@@ -166,26 +192,7 @@ fn effect(decision: &Decision) -> String {
     beside(&format!("  {state:<4}{:<13}{estimate:>8} {time:>5}  ", decision.effect.name()), &decision.reason)
 }
 
-fn vector(v: glam::DVec3) -> String {
-    // What rounding has left of nothing is nothing.
-    let near = |x: f64| if x.abs() > 1e-6 * v.length() { number(x) } else { "0".into() };
-    format!("({}, {}, {})", near(v.x), near(v.y), near(v.z))
-}
-
 /// How many particles are of a kind.
 pub fn count(scene: &Scene, kind: ParticleKind) -> usize {
     scene.particles.iter().filter(|particle| particle.kind == kind).count()
-}
-
-/// Smallest and largest drawn radius, m.
-pub fn drawn_radii_m(scene: &Scene) -> Option<(f32, f32)> {
-    scene.particles.iter().map(|p| (p.radius_m, p.radius_m)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-}
-
-/// The camera's lens in words.
-pub fn lens(lens: Lens) -> String {
-    match lens {
-        Lens::Perspective { yfov_rad, .. } => format!("{:.2} degrees high", yfov_rad.to_degrees()),
-        Lens::Orthographic { xmag_m, ymag_m } => format!("{} m x {} m", 2.0 * xmag_m, 2.0 * ymag_m),
-    }
 }

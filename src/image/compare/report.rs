@@ -13,12 +13,12 @@ pub struct Comparison {
     pub n_non_finite: u64,
     /// The first of them.
     pub first_non_finite: Option<NonFinitePixel>,
-    /// Root mean square of d over pixels and R, G, B.
+    /// Root mean square of d over pixels and R, G, B; not a number where no pixel is finite.
     pub rmse: f64,
     /// `rmse` over b's mean luminance: the measure of the accuracy target. `None` where b is black.
     pub relative_rmse: Option<f64>,
     /// Mean of d^2 / (b^2 + floor) over pixels and R, G, B; the floor is 1e-3 of b's squared mean luminance.
-    /// `None` where b is black and a is not.
+    /// `None` where b is black and a is not, and where no pixel is finite.
     pub relative_mse: Option<f64>,
     /// Ratio of the mean luminances, a over b.
     pub mean_ratio: Option<MeanRatio>,
@@ -62,7 +62,7 @@ pub struct MeanRatio {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
-    /// The standard errors that both pictures record; the noise of R, G, B in a pixel is taken as fully correlated,
+    /// The standard errors that both pictures record for every pixel; the noise of R, G, B in a pixel is taken as fully correlated,
     /// as channels share their paths, which is the largest that it can be.
     Recorded,
     /// The scatter of the differences between pixels; true if nothing but noise differs.
@@ -74,7 +74,7 @@ pub enum ErrorSource {
 /// Two correct renders with different seeds have mean 0 and standard deviation 1; the mean is biased where one differs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ZScores {
-    /// Values with a standard error above 0.
+    /// Values with a standard error above 0; without any, all that follows but the last is 0.
     pub n: u64,
     /// Mean of z.
     pub mean: f64,
@@ -84,7 +84,7 @@ pub struct ZScores {
     pub max: f64,
     /// Share with |z| > 3; 0.0027 for normal noise.
     pub share_beyond_3: f64,
-    /// Values that differ although both record no error at all: noise cannot explain them.
+    /// Values that differ although both record no error at all, or none that is a number: no recorded noise explains them.
     pub n_unexplained: u64,
 }
 
@@ -103,11 +103,15 @@ pub struct WorstPixel {
     pub difference: f64,
 }
 
-/// The difference of one channel over the pixels where both are finite.
+/// The difference of one channel; means and what follows are over the pixels where both are finite, and not numbers where there are none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChannelDifference {
     /// The channel's name.
     pub name: String,
+    /// Pixels that differ in any bit.
+    pub n_different: u64,
+    /// Pixels where a or b is not finite.
+    pub n_non_finite: u64,
     /// Mean of a.
     pub mean_a: f64,
     /// Mean of b.
@@ -116,4 +120,21 @@ pub struct ChannelDifference {
     pub rmse: f64,
     /// Largest |d|.
     pub max: f64,
+}
+
+/// The difference of one layer: the means of its channels that differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LayerDifference {
+    /// The layer's name.
+    pub name: String,
+    /// Its channels that differ, by their full names.
+    pub channels: Vec<String>,
+    /// Mean of a.
+    pub mean_a: f64,
+    /// Mean of b.
+    pub mean_b: f64,
+    /// Root mean square of d.
+    pub rmse: f64,
+    /// Values that are not finite in a or b; they are left out of the means.
+    pub n_non_finite: u64,
 }
