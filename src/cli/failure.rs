@@ -60,6 +60,10 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut said = String::new();
+        // Errors of files have words of their own.
+        if self.error.is::<std::io::Error>() && self.error.chain().count() == 1 {
+            said.push_str("cannot write to stdout");
+        }
         for cause in self.error.chain() {
             let text = cause.to_string();
             // Errors that already quote their cause say it once.

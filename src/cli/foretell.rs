@@ -45,8 +45,14 @@ impl SoFar {
     /// What to say of a render that takes long; nothing of others, or where it is not known yet.
     pub fn foretold(&self, until: Until) -> Option<String> {
         let left_s = self.left_s();
-        if !left_s.is_finite() || left_s < LONG_S || !self.noise.is_finite() || self.noise == 0.0 {
+        if !left_s.is_finite() || left_s < LONG_S || !self.noise.is_finite() {
             return None;
+        }
+        if self.noise == 0.0 {
+            return match until {
+                Until::Samples(n) => Some(format!("about {} to {n} spp, all alike so far", time(left_s))),
+                _ => None,
+            };
         }
         let noise = self.noise_then(self.expected as f64);
         let left = time(left_s);
@@ -125,5 +131,7 @@ mod tests {
             assert_eq!(so_far.foretold(TO_FIVE_PERCENT), None, "{so_far:?}");
         }
         assert_eq!(SoFar { expected: 4000, ..known() }.left_s(), 0.0);
+        let said = SoFar { noise: 0.0, ..known() }.foretold(Until::Samples(400));
+        assert_eq!(said.as_deref(), Some("about 16 min to 400 spp, all alike so far"));
     }
 }

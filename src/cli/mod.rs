@@ -60,13 +60,22 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let error = usage::with_conflicts(usage::with_flags(usage::with_commands(error, &arguments), &arguments));
-            // Help and version are not errors; a closed pipe while they print is not one either.
-            let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
+            // Help and version are not errors.
+            let printed = error.print();
+            return if error.use_stderr() {
+                ExitCode::from(failure::USAGE)
+            } else {
+                code_of(printed.map(|()| 0).map_err(Failure::other))
+            };
         }
     };
     interrupt::outlive_limits_of_files();
-    match dispatch(cli.command) {
+    code_of(dispatch(cli.command))
+}
+
+/// The exit code, with the failure said if there is one; nobody reading stdout is none.
+fn code_of(outcome: Result<u8, Failure>) -> ExitCode {
+    match outcome {
         Ok(code) => ExitCode::from(code),
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {

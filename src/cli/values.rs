@@ -153,7 +153,11 @@ pub fn parse_samples(text: &str) -> Result<[u32; 2], String> {
     allowed.sort_unstable();
     allowed.dedup();
     let allowed: Vec<String> = allowed.iter().map(|[a, b]| format!("{a}..{b}")).collect();
-    Err(format!("it cuts samples that are drawn together; the nearest ranges that do not: {}", allowed.join(", ")))
+    let nearest = match allowed.is_empty() {
+        true => "begin and end it at multiples of a larger power of two".into(),
+        false => format!("the nearest ranges that do not: {}", allowed.join(", ")),
+    };
+    Err(format!("it cuts samples that are drawn together; {nearest}"))
 }
 
 /// A count may be written 1e6.
