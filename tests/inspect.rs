@@ -133,7 +133,7 @@ fn coverage_is_the_mean_of_alpha() {
     let across = json["optical_depth"]["across"].as_f64().map(mie_cloud::units::short::number).expect("a number");
     assert_says(
         &said.split_whitespace().collect::<Vec<_>>().join(" "),
-        &[&format!("roughly {across} across the cloud")],
+        &[&format!("about {across} across, from side to side")],
     );
 }
 

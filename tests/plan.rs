@@ -10,7 +10,7 @@ use common::{
 };
 use glam::DVec3;
 use mie_cloud::optics::distribution::SizeDistribution;
-use mie_cloud::plan::{self, Decision, EffectPlan, SceneFacts};
+use mie_cloud::plan::{self, Decision, EffectPlan, SceneFacts, SeenDepths};
 use mie_cloud::scene::model::{Lens, Scene};
 use mie_cloud::scene::settings::{AirPhase, Effect, Switch};
 use mie_cloud::spectrum::{SpectralMode, SpectralSampling};
@@ -46,6 +46,20 @@ fn optical_depths_of_a_slab_are_those_of_its_fog() {
         close(facts.sunward_depth, depth);
         close(1.0 - facts.sunlit, 1.0 - taken / depth);
     }
+}
+
+/// Rationale: a box that is 2 m deep along the view is as deep across as it is wide. Expected: its extinction times that width, wherever the
+/// camera stands, and with a box beside it the mean of both.
+#[test]
+fn depths_across_are_those_from_side_to_side() {
+    let mut scene = slab(1.0);
+    scene.fog_boxes[0].half_edges_m.x_axis *= 3.0;
+    let across = SeenDepths::across(&scene);
+    assert!((across.mean / 3.0 - 1.0).abs() < 1e-6 && (across.deepest / 3.0 - 1.0).abs() < 1e-6, "{across:?}");
+    scene.fog_boxes.push(fog_box(DVec3::new(0.0, 4.0, 0.0), DVec3::ONE, 2.5));
+    let both = SeenDepths::across(&scene);
+    // Rays of a coarse grid.
+    assert!((both.mean / 4.0 - 1.0).abs() < 0.05 && (both.deepest / 5.0 - 1.0).abs() < 1e-6, "{both:?}");
 }
 
 /// A ball of optical depth tau across its middle covers pi/4 of the picture; thin, its light is in proportion to its chords, whose

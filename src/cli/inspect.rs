@@ -27,6 +27,7 @@ pub fn run(args: &InspectArgs) -> Result<u8, Failure> {
         plan: &plan,
         facts: SceneFacts::of(&scene),
         depths: SeenDepths::of(&scene),
+        across: SeenDepths::across(&scene),
         sizes: ClassSizes::of(&scene),
         sampling: &sampling,
         need: need(&scene, &plan, &sampling),

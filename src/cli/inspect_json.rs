@@ -47,12 +47,13 @@ impl Seen<'_> {
 
     fn optical_depth(&self) -> Value {
         let (facts, depths) = (&self.facts, &self.depths);
-        json!({ "seen": depths.mean, "deepest_seen": depths.deepest, "across": facts.optical_depth,
+        json!({ "seen": depths.mean, "deepest_seen": depths.deepest, "across": self.across.mean,
             "deepest": facts.deepest_optical_depth, "meaning": {
                 "seen": "about, mean over the camera's rays that meet droplets",
                 "deepest_seen": "about, the largest along the camera's rays on a coarse grid",
-                "across": "rough: extinction over the mean shadow of the box around all particles, and every fog box along its diagonal",
-                "deepest": "rough: across, along the longest way through that box; no ray is deeper",
+                "across": "about, mean over parallel rays from the camera's right to its left that meet droplets",
+                "deepest": "rough: extinction over the mean shadow of the box around all particles, along the longest way through that box, and every fog box along \
+                            its diagonal; no ray is deeper",
             } })
     }
 

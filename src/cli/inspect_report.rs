@@ -23,6 +23,7 @@ pub struct Seen<'a> {
     pub scene: &'a Scene,
     pub plan: &'a EffectPlan,
     pub facts: SceneFacts,
+    pub across: SeenDepths,
     pub depths: SeenDepths,
     /// Of every class.
     pub sizes: Vec<ClassSizes>,
@@ -100,7 +101,7 @@ impl Seen<'_> {
         if self.scene.particles.is_empty() && self.scene.fog_boxes.is_empty() {
             return "0: there are no droplets".into();
         }
-        let across = format!("roughly {} across the cloud", number(self.facts.optical_depth));
+        let across = format!("about {} across, from side to side", number(self.across.mean));
         if deepest == 0.0 {
             return format!("the camera sees no droplet: does it look their way? {across}");
         }

@@ -33,10 +33,8 @@ pub struct SceneFacts {
     pub haze_has_fringes: bool,
     /// Mean optical depth along the camera's rays that meet droplets, on a coarse grid; 0 where none does.
     pub seen_depth: f64,
-    /// Mean optical depth across the cloud: extinction area over the mean shadow of the box around all particles, and all of every
-    /// fog box along its diagonal.
-    pub optical_depth: f64,
-    /// Optical depth along the longest way through it.
+    /// Optical depth that no ray exceeds: extinction over the mean shadow of the box around all particles, along the longest way through it, and
+    /// all of every fog box along its diagonal.
     pub deepest_optical_depth: f64,
     /// Share of the light in the picture that droplets take, averaged over the picture.
     pub cover: f64,
@@ -103,7 +101,6 @@ impl SceneFacts {
             has_fringes: has_fringes(scene),
             haze_size_parameter: haze(scene).map_or(0.0, |haze| size_parameter(haze, scene)),
             haze_has_fringes: haze(scene).is_some_and(|haze| is_narrow(haze, scene)),
-            optical_depth: particles + boxes,
             deepest_optical_depth,
             least_shade_m: radii_m.chain(edges_m).fold(f64::INFINITY, f64::min),
             ..Picture::of(scene, &areas, is_wanted).facts(scene, largest_size_parameter, deepest_optical_depth)

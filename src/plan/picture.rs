@@ -114,7 +114,7 @@ fn shines(sun: &Sun) -> bool {
 }
 
 /// A ball about all particles and fog boxes.
-fn bounding_ball(scene: &Scene) -> (DVec3, f64) {
+pub(super) fn bounding_ball(scene: &Scene) -> (DVec3, f64) {
     let (min, max) = bounds_m(&scene.particles, &scene.fog_boxes).unwrap_or((DVec3::ZERO, DVec3::ZERO));
     (0.5 * (min + max), 0.5 * (max - min).length())
 }
