@@ -106,6 +106,21 @@ mod tests {
 
     /// Expected: nodes follow each other, are aligned, and are as many as the binary digits at most.
     #[test]
+    fn as_many_films_are_held_as_was_foretold() {
+        let cases: [&[Range<u32>]; 4] =
+            [&[0..64], &[0..4, 4..8, 8..16], &[4..8, 16..64, 256..384], &[0..1, 1..2, 2..4, 4..64, 64..96]];
+        for ranges in cases {
+            let (mut joiner, mut most) = (Joiner::default(), 0);
+            for range in ranges {
+                let nodes = nodes_of(range.clone());
+                most = most.max(joiner.pieces.len() + nodes.len());
+                nodes.into_iter().for_each(|node| joiner.push(node.clone(), film(node)));
+            }
+            assert_eq!(most_held(ranges.iter().cloned()), most as u64, "{ranges:?}");
+        }
+    }
+
+    #[test]
     fn ranges_are_made_of_aligned_nodes() {
         assert_eq!(nodes_of(0..96), [0..64, 64..96]);
         assert_eq!(nodes_of(64..112), [64..96, 96..112]);
