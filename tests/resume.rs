@@ -66,7 +66,7 @@ fn killed_renders_go_on_to_the_same_bytes() {
 
 /// The same at fifty moments.
 #[test]
-#[ignore = "takes minutes: cargo test --test resume -- --ignored"]
+#[ignore = "half a minute of processor time, in the full check: cargo test --test resume -- --ignored"]
 fn killed_renders_go_on_to_the_same_bytes_from_fifty_moments() {
     killed_renders_agree(50);
 }

@@ -32,22 +32,25 @@ fn are_siblings(a: &Range<u32>, b: &Range<u32>) -> bool {
     neighbours && count.is_power_of_two() && u64::from(a.start) % (2 * u64::from(count)) == 0
 }
 
+/// Adds what belongs to one node, or to whatever comes last; `add` joins the second half of a node to the first.
+fn push<T>(pieces: &mut Vec<(Range<u32>, T)>, samples: Range<u32>, value: T, add: impl Fn(&mut T, &T)) {
+    pieces.push((samples, value));
+    while let [.., (a, first), (b, second)] = &mut pieces[..]
+        && are_siblings(a, b)
+    {
+        add(first, second);
+        a.end = b.end;
+        pieces.pop();
+    }
+}
+
 /// Films that are held at a time while those of these ranges are read and joined, one range after the other.
 pub fn most_held(ranges: impl IntoIterator<Item = Range<u32>>) -> u64 {
-    let (mut pieces, mut most) = (Vec::<Range<u32>>::new(), 0);
+    let (mut pieces, mut most) = (Vec::new(), 0);
     for range in ranges {
         let nodes = nodes_of(range);
         most = most.max(pieces.len() + nodes.len());
-        for node in nodes {
-            pieces.push(node);
-            while let [.., a, b] = &pieces[..]
-                && are_siblings(a, b)
-            {
-                let joined = a.start..b.end;
-                pieces.truncate(pieces.len() - 2);
-                pieces.push(joined);
-            }
-        }
+        nodes.into_iter().for_each(|node| push(&mut pieces, node, (), |(), ()| ()));
     }
     most as u64
 }
@@ -61,18 +64,7 @@ pub struct Joiner {
 impl Joiner {
     /// Adds the film of one node, or of whatever comes last.
     pub fn push(&mut self, samples: Range<u32>, film: Film) {
-        self.pieces.push((samples, film));
-        while let [.., (a, _), (b, _)] = &self.pieces[..] {
-            if !are_siblings(a, b) {
-                break;
-            }
-            let joined = a.start..b.end;
-            let Some((_, last)) = self.pieces.pop() else { break };
-            if let Some((range, film)) = self.pieces.last_mut() {
-                film.add(&last);
-                *range = joined;
-            }
-        }
+        push(&mut self.pieces, samples, film, Film::add);
     }
 
     /// The film of all samples; `None` where there was none.

@@ -29,27 +29,27 @@ pub(super) fn multiple(scene: &Scene, facts: &SceneFacts) -> Estimate {
         return (Some(0.0), "there are no droplets".into());
     }
     let albedo = scene.classes.iter().map(|class| class.albedo.unwrap_or(1.0)).fold(0.0, f64::max);
+    let met_unseen = 1.0 - (-facts.sunward_depth).exp();
     let reason = match facts.cover > 0.0 {
         true => format!(
             "of what droplets scatter {} meets droplets again, over {} of the picture",
             percent(facts.met_again / facts.concentration),
             percent(facts.concentration.powi(-2))
         ),
-        false => format!(
-            "of what droplets that are not seen send into the air {} meets droplets again",
-            percent(-(-facts.sunward_depth).exp_m1())
-        ),
+        false => {
+            format!("of what droplets that are not seen send into the air {} meets droplets again", percent(met_unseen))
+        }
     };
     if scene.settings.background.image.is_some() {
         return (None, reason + ", and what is beside the picture may be brighter than what is in it");
     }
     let (parts, orders) = (&facts.parts, 1.0 + TURNED * facts.sunward_depth);
     let of_sun = match facts.sun_shines {
-        true => facts.met_again * parts.droplets_share() - facts.glow * (-facts.sunward_depth).exp_m1(),
+        true => facts.met_again * parts.droplets_share() + facts.glow * met_unseen,
         false => 0.0,
     };
     let again = (scene.settings.atmosphere.scattering_per_m * scene.settings.atmosphere.depth_m).exp_m1();
-    let into_air = -again * (-facts.deepest_optical_depth).exp_m1();
+    let into_air = again * (1.0 - (-facts.deepest_optical_depth).exp());
     let of_background = parts.relative((parts.scattered_rms + into_air) * parts.background_rms);
     (of_background.map(|share| share + albedo * of_sun * orders), reason)
 }
