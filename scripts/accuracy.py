@@ -2,7 +2,7 @@
 """Makes the tables of docs/accuracy.md: what the plan leaves out, and whether the accuracy asked for is the accuracy got.
 
     python3 scripts/accuracy.py target/release/mie-cloud [--only TEXT] [--target 0.05] [--targets 0.1,0.02,0.005]
-                                [--limit 60] [--seeds 4] [--skip-plans] [--skip-targets]
+                                [--limit 60] [--seeds 4] [--settings-spp 128] [--skip-plans] [--skip-targets]
 
 Needs nothing but Python. Scenes are those of scenes/ with --set, clouds from `mie-cloud generate`, and two that are written here.
 A row that is predicted to take more than --limit processor seconds is not measured; the prediction is printed instead.
@@ -11,7 +11,6 @@ A row that is predicted to take more than --limit processor seconds is not measu
 import argparse
 import base64
 import json
-import resource
 import struct
 import subprocess
 import tempfile
@@ -182,15 +181,14 @@ def target_rows(program: Program, name: str, scene: Path, flags: list, args) -> 
     for text in args.targets.split(","):
         target = float(text)
         # Samples go with one over the square of the target; 16 per pixel are the fewest.
-        longer = pilot and max((pilot[0] / target) ** 2, 1)
-        if pilot and pilot[2] * longer > args.limit:
-            yield f"| {name} | {100 * target:g} % | not measured | | | | | {pilot[1] * longer:.0f} predicted | |"
+        predicted = pilot and pilot["cpu_s"] * max((pilot["noise"] / target) ** 2, 1)
+        if pilot and 2 * args.seeds * predicted > args.limit:
+            yield f"| {name} | {100 * target:g} % | not measured | | | | | {predicted:.0f} predicted | |"
             continue
-        before = cpu_of_children_s()
-        bench = [*common, "--spp", "2", "--knobs", "target", "--targets", text]
+        bench = [*common, "--spp", args.settings_spp, "--knobs", "target", "--targets", text]
         rows = [program.bench("accuracy", *bench, "--seed", str(10 * seed))["rows"][-1] for seed in range(args.seeds)]
-        row, error = rows[0], mean_difference([row["error"] for row in rows])
-        pilot = (row["noise"], row["cpu_s"], cpu_of_children_s() - before)
+        pilot = row = rows[0]
+        error = mean_difference([row["error"] for row in rows])
         bias = f"{100 * error['bias']:+.2f} ± {100 * error['bias_error']:.2f} %"
         yield (
             f"| {name} | {100 * target:g} % | {share(error)} | {kept(error, target, row['spp'])} | {bias} | {100 * row['noise']:.2g} % "
@@ -204,12 +202,6 @@ def mean_difference(differences: list[dict]) -> dict:
     mean = {key: sum(each[key] for each in differences) / n for key in ("square", "bias")}
     of = {key: sum(each[key] ** 2 for each in differences) ** 0.5 / n for key in ("square_error", "bias_error")}
     return mean | of
-
-
-def cpu_of_children_s() -> float:
-    """Processor seconds of all programs that were run and have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def kept(error: dict, target: float, spp: int) -> str:
@@ -237,6 +229,7 @@ def main() -> None:
     parser.add_argument("--spp", default="24", help="samples per pixel of each of the two renders of the first table")
     parser.add_argument("--resolution", default="64x36", help="pictures of the first table")
     parser.add_argument("--small", default="64x36", help="pictures of the second table")
+    parser.add_argument("--settings-spp", default="128", help="samples with which the second table compares settings")
     parser.add_argument("--only", default="")
     parser.add_argument("--target", default="0.05")
     parser.add_argument("--targets", default="0.1,0.02,0.005", help="from coarse to fine")

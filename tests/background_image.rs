@@ -5,7 +5,7 @@ mod program;
 
 use common::*;
 use glam::{DMat3, DVec3};
-use mie_cloud::image::{Existing, Picture, exr};
+use mie_cloud::image::{Chromaticities, Existing, Picture, exr};
 use mie_cloud::optics::phase_model::PhaseModel;
 use mie_cloud::scene::model::{Lens, Scene};
 use mie_cloud::spectrum::SpectralMode;
@@ -115,4 +115,23 @@ fn bad_pictures_end_with_3_and_say_what_to_do() {
     let output = bench.run(&render("negative.exr"));
     assert_eq!(output.status.code(), Some(0));
     program::assert_says(&program::text(&output.stderr), &["negative.exr", "32 values are negative"]);
+    // AP0 (SMPTE ST 2065-1) has other primaries; those of BT.709 may be written with fewer digits.
+    let ap0 =
+        Chromaticities { red: [0.7347, 0.2653], green: [0.0, 1.0], blue: [0.0001, -0.0770], white: [0.32168, 0.33767] };
+    let rounded = Chromaticities { white: [0.313, 0.329], ..Chromaticities::BT709 };
+    for (name, colours, is_told) in [("ap0.exr", ap0, true), ("bt709.exr", rounded, false)] {
+        let mut picture = grey_sky();
+        picture.chromaticities = Some(colours);
+        exr::write(&bench.path(name), &picture, Existing::Replace).expect("can be written");
+        let said = program::text(&bench.run(&render(name)).stderr);
+        assert_eq!(said.contains("other primaries than BT.709"), is_told, "{name}: {said}");
+    }
+}
+
+fn grey_sky() -> Picture {
+    let mut picture = Picture::new(8, 4);
+    for name in ["R", "G", "B"] {
+        picture.push(name, vec![0.5; 32]);
+    }
+    picture
 }

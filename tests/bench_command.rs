@@ -85,6 +85,30 @@ fn targets_are_judged() {
     }
 }
 
+/// What two pictures and a coarse reference tell of the whole error is what one of thousands of samples says of the same pictures.
+#[test]
+fn the_whole_error_is_what_a_sharp_reference_says() {
+    let bench = Bench::new();
+    bench.ok("generate -o soft.glb --count 300 --kind parcels --size 2m --optical-depth 1 --set spectral.mode=rgb \
+         --set droplets.phase=hg:0.8 -q");
+    bench.ok(
+        "render soft.glb -o r.exr --set accuracy.target=0.005 --spp 4096 --seed 9 --aov stderr -q --resolution 24x16",
+    );
+    let common = "bench accuracy soft.glb --resolution 24x16 --spp 256 --knobs spp,target --targets 0.1,0.05";
+    bench.ok(&format!("{common} --json own.json"));
+    bench.ok(&format!("{common} --reference r.exr --json sharp.json"));
+    let [own, sharp] = ["own.json", "sharp.json"].map(|name| bench.json(name));
+    for setting in ["64", "256", "0.1", "0.05"] {
+        let [(a, e), (b, f)] = [&own, &sharp].map(|report| {
+            let error = &row(report, "setting", setting)["error"];
+            let [square, error] = ["square", "square_error"].map(|key| error[key].as_f64().expect(key));
+            assert!(error < 0.4 * square, "{setting}: too noisy to tell: {square} +- {error}");
+            (square, error)
+        });
+        assert!((a - b).abs() < 4.0 * e.hypot(f), "{setting}: {a} +- {e}, by the reference {b} +- {f}");
+    }
+}
+
 /// A picture of the same settings as a reference: only noise differs, and that is known from its standard errors.
 #[test]
 fn a_reference_may_come_from_elsewhere() {

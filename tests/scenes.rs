@@ -484,6 +484,11 @@ fn cameras_come_first_or_by_name() -> Outcome {
     }
     let text = failure(gltf.load(&LoadOptions { camera: Some("C".into()), ..options() }));
     assert!(text.contains("A, B"), "{text}");
+    // Two of one name are told apart by nothing but their order.
+    gltf.json["nodes"][2]["name"] = json!("A");
+    let scene = gltf.load(&LoadOptions { camera: Some("A".into()), ..options() })?;
+    assert_eq!(scene.camera.lens, Lens::Perspective { yfov_rad: 0.5, aspect: None });
+    assert!(warned(&scene, "2 cameras are called A"), "{:?}", scene.warnings);
     Ok(())
 }
 
@@ -677,6 +682,13 @@ fn unknown_keys_are_errors_with_a_proposal() {
         assert!(text.contains(&format!("did you mean `{meant}`?")), "{text}");
         assert!(text.contains("--set"), "{text}");
     }
+    // An empty group sets nothing, and is looked at all the same.
+    assert!(gltf.load(&set(&[("atmosphere", "{}")])).is_ok());
+    assert!(failure(gltf.load(&set(&[("atmosfere", "{}")]))).contains("atmosphere"));
+    assert!(failure(gltf.load(&set(&[("atmosphere.step_m", "{}")]))).contains("a number"));
+    gltf.json["scenes"][0]["extras"] = json!({ "mie_cloud": { "droplet": {}, "atmosphere": {} } });
+    assert!(failure(gltf.load(&options())).contains("droplets"));
+    gltf.json["scenes"][0]["extras"] = json!(null);
     gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "kind": "fog", "extinction": 1 } });
     assert!(failure(gltf.load(&options())).contains("did you mean `extinction_per_m`?"));
     gltf.json["nodes"][0]["extras"] = json!({ "mie_cloud": { "materiel": "ice" } });

@@ -126,8 +126,8 @@ fn cells(row: &Row) -> [String; 9] {
 fn print_summary(report: &Report, out: &mut impl Write) -> std::io::Result<()> {
     let [width, height] = report.resolution;
     writeln!(out, "\n{width}x{height} against {}", report.reference)?;
-    let error = "RMS over pixels and R, G, B, relative to the mean luminance, with the picture's noise for spp and target, without it for \
-                 the other knobs (two renders with the reference's own seeds)";
+    let error = "RMS over pixels and R, G, B, relative to the mean luminance, with the picture's noise for spp and target (from two \
+                 renders with seeds of their own), without it for the other knobs (two renders with the reference's seeds)";
     let cpu = "processor seconds of tree and one picture, tables apart";
     write!(out, "{}{}", beside("error   ", error), beside("CPU s   ", cpu))?;
     if !report.without_effect.is_empty() {

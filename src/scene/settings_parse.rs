@@ -150,10 +150,10 @@ pub fn entries_of_flag(key: &str, text: &str) -> SceneResult<Entries> {
     Ok(entries)
 }
 
-/// Turns `{"atmosphere": {"step_m": 1}}` into `atmosphere.step_m = 1`; null sets nothing.
+/// Turns `{"atmosphere": {"step_m": 1}}` into `atmosphere.step_m = 1`; null sets nothing. An empty group stays, for its name to be looked at.
 fn flatten(prefix: &str, value: Value, entries: &mut Entries) {
     match value {
-        Value::Object(members) => {
+        Value::Object(members) if prefix.is_empty() || !members.is_empty() => {
             for (name, value) in members {
                 let key = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
                 flatten(&key, value, entries);
@@ -177,6 +177,9 @@ pub fn apply<T>(
 ) -> SceneResult<()> {
     for (name, value) in entries {
         let name = canonical(name);
+        if is_empty_group(value) && keys.iter().copied().flatten().any(|key| is_in_group(key.name, &name)) {
+            continue;
+        }
         let Some(key) = keys.iter().copied().flatten().find(|key| key.name == name) else {
             return Err(SceneError::at(element, unknown(&name, keys)));
         };
@@ -194,6 +197,14 @@ pub fn apply<T>(
         })?;
     }
     Ok(())
+}
+
+fn is_empty_group(value: &Value) -> bool {
+    value.as_object().is_some_and(serde_json::Map::is_empty)
+}
+
+fn is_in_group(key: &str, group: &str) -> bool {
+    key.strip_prefix(group).is_some_and(|rest| rest.starts_with('.'))
 }
 
 /// Effects are named with dashes; underscores come naturally where everything else has them.

@@ -7,8 +7,8 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::excerpt::excerpt;
-use crate::image::Picture;
 use crate::image::exr::{self, Limits, ReadError};
+use crate::image::{Chromaticities, Picture};
 use crate::spectrum::SpectralSampling;
 use crate::warning::Warning;
 
@@ -84,7 +84,7 @@ impl LatLong {
             }
             texels.push(texel);
         }
-        Ok((Self { width, height, texels }, warnings(path, [width, height], negative)))
+        Ok((Self { width, height, texels }, warnings(path, picture, negative)))
     }
 
     /// A picture from its texels, row by row from the top; `None` where their number does not fit.
@@ -131,15 +131,30 @@ fn channels<'a>(picture: &'a Picture, path: &Path) -> Result<[(&'static str, &'a
     }
 }
 
-fn warnings(path: &Path, [width, height]: [usize; 2], negative: usize) -> Vec<Warning> {
-    let mut warnings = Vec::new();
+/// Primaries that differ by less are the same: three decimals are often written of BT.709's.
+const SAME_COLOUR: f32 = 0.002;
+
+fn is_bt709(colours: &Chromaticities) -> bool {
+    let rows = |c: &Chromaticities| [c.red, c.green, c.blue, c.white];
+    let pairs = rows(colours).into_iter().flatten().zip(rows(&Chromaticities::BT709).into_iter().flatten());
+    pairs.into_iter().all(|(a, b)| (a - b).abs() < SAME_COLOUR)
+}
+
+fn warnings(path: &Path, picture: &Picture, negative: usize) -> Vec<Warning> {
+    let (mut warnings, [width, height]) = (Vec::new(), [picture.width, picture.height]);
+    if picture.chromaticities.is_some_and(|colours| !is_bt709(&colours)) {
+        warnings.push(Warning::new(
+            format!("{}: the colours are of other primaries than BT.709, and are taken as if of these", path.display()),
+            "convert the picture to linear BT.709",
+        ));
+    }
     if negative > 0 {
         warnings.push(Warning::new(
             format!("{}: {negative} values are negative and count as 0", path.display()),
             "clip the picture to BT.709 with values of at least 0",
         ));
     }
-    if width != 2 * height {
+    if u64::from(width) != 2 * u64::from(height) {
         warnings.push(Warning::new(
             format!("{}: {width} x {height} pixels are stretched over all directions", path.display()),
             "use a lat-long picture, twice as wide as high",

@@ -15,6 +15,8 @@ pub struct Cameras<'a> {
     wanted: Option<&'a str>,
     found: Option<Camera>,
     count: u64,
+    /// How many are the one that was asked for, or any.
+    n_found: u64,
     /// The first few names, for messages.
     names: Vec<String>,
 }
@@ -25,7 +27,7 @@ const LISTED: usize = 8;
 impl<'a> Cameras<'a> {
     /// Looks for the camera called `wanted`, or any.
     pub fn new(wanted: Option<&'a str>) -> Self {
-        Self { wanted, found: None, count: 0, names: Vec::new() }
+        Self { wanted, found: None, count: 0, n_found: 0, names: Vec::new() }
     }
 
     /// Takes the node's camera, if it has one and it is the one.
@@ -46,6 +48,7 @@ impl<'a> Cameras<'a> {
             Some(wanted) => node_name == Some(wanted) || camera.name.as_deref() == Some(wanted),
             None => true,
         };
+        self.n_found += u64::from(is_it);
         if is_it && self.found.is_none() {
             let world_from_camera = frame(&visit.world_from_node, &visit.element)?;
             let position_m = visit.world_from_node.translation;
@@ -71,9 +74,17 @@ impl<'a> Cameras<'a> {
             };
             return Err(SceneError::at("--camera", SceneFault::NoSuchCamera { name: excerpt(wanted), available }));
         }
-        if let (Some(camera), None, 2..) = (&self.found, self.wanted, self.count) {
-            let what = format!("{} cameras; the first, {}, is used", self.count, excerpt(&camera.name));
-            warnings.push(Warning::new(what, format!("choose with --camera: {}", self.names.join(", "))));
+        match (&self.found, self.wanted, self.n_found) {
+            (Some(camera), None, n @ 2..) => {
+                let what = format!("{n} cameras; the first, {}, is used", excerpt(&camera.name));
+                warnings.push(Warning::new(what, format!("choose with --camera: {}", self.names.join(", "))));
+            }
+            (Some(_), Some(wanted), n @ 2..) => {
+                let what =
+                    format!("--camera: {n} cameras are called {}; the first in scene order is used", excerpt(wanted));
+                warnings.push(Warning::new(what, "give their nodes names that differ"));
+            }
+            _ => {}
         }
         Ok(self.found)
     }

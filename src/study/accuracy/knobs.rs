@@ -1,14 +1,14 @@
 //! The knobs that accuracy is bought with, their settings from coarse to fine, and the finest settings of all.
 
+use std::collections::BTreeSet;
 use std::str::FromStr;
 
 use crate::optics::phase_model::PhaseModel;
 use crate::plan::{EffectPlan, SceneFacts};
 use crate::scene::settings::Effect;
 use crate::spectrum::SpectralMode;
-use crate::study::trial::{MOST_SPP, Trial};
+use crate::study::trial::Trial;
 use crate::suggest::no_such;
-use crate::transport::Until;
 
 /// Bands of the reference: those of accuracy `reference`.
 const FINEST_BANDS: usize = 32;
@@ -16,8 +16,8 @@ const FINEST_BANDS: usize = 32;
 const FINEST_BINS: usize = 64;
 /// Relative error of the reference's phase tables: the least that any target asks for.
 const FINEST_ANGLE_TOLERANCE: f64 = 2e-4;
-/// Relative error of the reference's glow: a tenth of the finest row.
-const FINEST_GLOW_TOLERANCE: f64 = 1e-3;
+/// Relative error of the reference's glow: a twentieth of the finest row, and half of what a picture of 0.5 % takes.
+const FINEST_GLOW_TOLERANCE: f64 = 5e-4;
 /// Steps of the reference's march along the radius of the air.
 const FINEST_STEPS: f64 = 256.0;
 /// The reference's target, from which everything else follows that has no knob.
@@ -191,10 +191,14 @@ impl Setting {
     }
 }
 
-/// The finest settings of a scene, with everything simulated that nobody switched off.
-pub fn finest(trial: &Trial) -> Trial {
+/// The finest settings of a scene, with everything simulated that could change anything and that nobody switched off: effects whose
+/// estimate is 0 would take random numbers, and hide differences behind noise. The march is in finest steps where these are asked
+/// about; elsewhere in the scene's own, which are noise and never a bias.
+pub fn finest(trial: &Trial, knobs: &BTreeSet<Knob>) -> Trial {
     let plan = trial.plan();
-    let mut finest = trial.with_effects(|effect| plan.is_on(effect) || !trial.is_by_hand(effect));
+    let could_change = |effect| plan.decisions.iter().any(|made| made.effect == effect && made.estimate != Some(0.0));
+    let mut finest =
+        trial.with_effects(|effect| plan.is_on(effect) || (could_change(effect) && !trial.is_by_hand(effect)));
     let mode = trial.mode();
     let settings = &mut finest.scene.settings;
     settings.accuracy.target = Some(FINEST_TARGET);
@@ -202,24 +206,14 @@ pub fn finest(trial: &Trial) -> Trial {
     settings.accuracy.glow_tolerance = Some(FINEST_GLOW_TOLERANCE);
     settings.accuracy.peak_truncation_deg = 0.0;
     settings.droplets.size_bins = Some(FINEST_BINS);
-    settings.atmosphere.step_m = settings.atmosphere.step_m.min(settings.atmosphere.depth_m / FINEST_STEPS);
+    if knobs.contains(&Knob::MarchStep) {
+        settings.atmosphere.step_m = settings.atmosphere.step_m.min(settings.atmosphere.depth_m / FINEST_STEPS);
+    }
     settings.spectral_mode = Some(match mode {
         SpectralMode::Bands { count } => SpectralMode::Bands { count: count.max(FINEST_BANDS) },
         other => other,
     });
     finest
-}
-
-/// Of the least target that a picture is held against: half of what the program takes by itself.
-const SHARE_OF_GLOW: f64 = 0.1;
-
-/// The reference of targets: as the finest settings, but in the scene's own steps, which are noise and never a bias, and with glow
-/// in proportion to the least target.
-pub fn sharp(finest: &Trial, trial: &Trial, least: f64) -> Trial {
-    let mut sharp = finest.clone();
-    sharp.scene.settings.atmosphere.step_m = trial.scene.settings.atmosphere.step_m;
-    sharp.scene.settings.accuracy.glow_tolerance = Some(SHARE_OF_GLOW * least);
-    sharp
 }
 
 /// The flags of `render` that give the finest settings.
@@ -233,16 +227,11 @@ pub fn flags(finest: &Trial) -> String {
     )
 }
 
-/// The scene as `render --accuracy TARGET` takes it, and when its picture is done.
-pub fn asked(trial: &Trial, target: f64) -> (Trial, Until) {
+/// The scene as `render --accuracy TARGET` takes it.
+pub fn asked(trial: &Trial, target: f64) -> Trial {
     let mut asked = trial.clone();
     asked.scene.settings.accuracy.target = Some(target);
-    (asked, until_noise(target))
-}
-
-/// Sampling until the noise is this.
-pub fn until_noise(target: f64) -> Until {
-    Until::Noise { target, at_most: MOST_SPP }
+    asked
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //!
 //! The reference is rendered twice with independent seeds. A knob's settings are rendered with the same two seeds, so that
 //! what both have in common cancels and the two differences stay independent (`study/difference.rs`): that is the
-//! knob's own error, without noise. Samples and targets are rendered with other seeds, against a reference of more samples:
-//! there, noise belongs to the error.
+//! knob's own error, without noise. To the error of samples and targets noise belongs: two pictures with other seeds tell how much,
+//! and its square adds to that of what the settings themselves do.
 
 mod knobs;
 mod price;
@@ -14,9 +14,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::difference::{Difference, Pixels, noise_between};
+use super::difference::{Difference, Noise, Pixels};
 use super::machine::Machine;
-use super::trial::{Shots, Trial};
+use super::trial::{MOST_SPP, Shots, Trial};
 use crate::transport::{PrepareError, Until};
 
 pub use knobs::{Knob, Setting};
@@ -35,13 +35,6 @@ pub struct Setup<'a> {
     pub targets: &'a [f64],
 }
 
-/// The reference of targets has so many times the least one's noise: the square of a difference has no noise in its mean, and over the
-/// 2304 pixels of 64x36 its scatter is a few percent.
-const REFERENCE_NOISE: f64 = 1.5;
-
-/// The reference against which noise counts has so many times the samples: its own noise hides that of a fine picture less.
-const LONGER: u32 = 8;
-
 /// A knob at one setting, measured.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -51,7 +44,7 @@ pub struct Row {
     pub setting: String,
     /// The flag of `render` that sets it.
     pub flag: String,
-    /// Difference from the reference: for `spp` and `target` with the noise of the picture, for the others without.
+    /// Difference from the reference: for `spp` and `target` with the noise of one picture, for the others without.
     pub error: Difference,
     /// Noise of one picture, RMS over pixels and R, G, B, relative to the mean luminance.
     pub noise: f64,
@@ -115,7 +108,7 @@ pub fn measure(
     done: &mut dyn FnMut(&Row),
 ) -> Result<Report, PrepareError> {
     let bench = Bench::new(trial, knobs, external, setup)?;
-    let mut finest = bench.row(None, &bench.base);
+    let mut finest = bench.row(None, &bench.base)?;
     (finest.knob, finest.flag) = ("finest", knobs::flags(&bench.finest));
     done(&finest);
     let plan = bench.finest.plan();
@@ -130,7 +123,7 @@ pub fn measure(
         }
         for setting in sweep {
             let shots = bench.shoot(&setting)?;
-            let row = bench.row(Some(setting), &shots);
+            let row = bench.row(Some(setting), &shots)?;
             done(&row);
             rows.push(row);
         }
@@ -148,12 +141,8 @@ struct Bench<'a> {
     finest: Trial,
     external: Option<&'a External>,
     setup: &'a Setup<'a>,
-    /// The reference with the seeds and samples of the settings that are compared with it.
+    /// The reference.
     base: Shots,
-    /// The reference of more samples, against which noise counts; none where no such knob is asked for.
-    long: Option<Shots>,
-    /// The reference of targets, sampled to a noise near the least; none where they are not asked for.
-    sharp: Option<Shots>,
 }
 
 impl<'a> Bench<'a> {
@@ -163,60 +152,50 @@ impl<'a> Bench<'a> {
         external: Option<&'a External>,
         setup: &'a Setup,
     ) -> Result<Self, PrepareError> {
-        let finest = knobs::finest(trial);
+        let finest = knobs::finest(trial, knobs);
         let seeds = [setup.seed, setup.seed.wrapping_add(1)];
         // The first render warms caches up; the others are timed.
         finest.shoot(&seeds[..1], Until::Samples(1), setup.cache)?;
         let base = finest.evenly_asked().shoot(&seeds, Until::Samples(setup.spp), setup.cache)?;
-        let others = [4, 5].map(|k| setup.seed.wrapping_add(k));
-        let least = setup.targets.iter().copied().fold(1.0, f64::min);
-        let longer = Until::Samples(setup.spp.saturating_mul(LONGER));
-        let long = match external.is_none() && knobs.contains(&Knob::Spp) {
-            true => Some(finest.shoot(&others, longer, setup.cache)?),
-            false => None,
-        };
-        let sharp = match external.is_none() && knobs.contains(&Knob::Target) {
-            true => {
-                let until = knobs::until_noise(REFERENCE_NOISE * least);
-                Some(knobs::sharp(&finest, trial, least).shoot(&others, until, setup.cache)?)
-            }
-            false => None,
-        };
-        Ok(Self { trial, finest, external, setup, base, long, sharp })
+        Ok(Self { trial, finest, external, setup, base })
     }
 
+    /// Pictures of a setting: with other seeds where their noise counts, else with those of the reference.
     fn shoot(&self, setting: &Setting) -> Result<Shots, PrepareError> {
-        let [same, other] = [0, 2].map(|k| [0, 1].map(|i| self.setup.seed.wrapping_add(k + i)));
+        let other = [2, 3].map(|k| self.setup.seed.wrapping_add(k));
         match setting {
             Setting::Spp(n) => self.finest.shoot(&other, Until::Samples(*n), self.setup.cache),
             Setting::Target(target) => {
-                let (trial, until) = knobs::asked(self.trial, *target);
-                trial.shoot(&other, until, self.setup.cache)
+                let until = Until::Noise { target: *target, at_most: MOST_SPP };
+                knobs::asked(self.trial, *target).shoot(&other, until, self.setup.cache)
             }
-            _ => setting.apply(&self.finest).evenly_asked().shoot(
-                &same,
-                Until::Samples(self.setup.spp),
-                self.setup.cache,
-            ),
+            _ => self.shoot_as_the_reference(&setting.apply(&self.finest)),
         }
     }
 
-    fn row(&self, value: Option<Setting>, shots: &Shots) -> Row {
-        let knob = value.as_ref().map(Setting::knob);
+    /// Pictures with the seeds and samples of the reference.
+    fn shoot_as_the_reference(&self, trial: &Trial) -> Result<Shots, PrepareError> {
+        let seeds = [0, 1].map(|k| self.setup.seed.wrapping_add(k));
+        trial.evenly_asked().shoot(&seeds, Until::Samples(self.setup.spp), self.setup.cache)
+    }
+
+    fn row(&self, value: Option<Setting>, shots: &Shots) -> Result<Row, PrepareError> {
         let noise = match &shots.pictures[..] {
-            [a, b] => noise_between(a, b),
-            _ => shots.noise,
+            [a, b] => Noise::between(a, b),
+            _ => Noise::default(),
         };
-        let noise_counts = knob.is_some_and(Knob::has_noise);
-        let error = self.error(shots, knob).unwrap_or_default();
-        let total = if noise_counts { error.rms().max(noise) } else { error.rms().hypot(noise) };
-        Row {
-            knob: knob.map_or("", Knob::name),
+        let noise_counts = value.as_ref().is_some_and(|value| value.knob().has_noise());
+        let error = match &value {
+            Some(value) => self.error(value, shots, noise)?.unwrap_or_default(),
+            None => Difference::default(),
+        };
+        Ok(Row {
+            knob: value.as_ref().map_or("", |value| value.knob().name()),
             setting: value.as_ref().map_or("all".into(), Setting::label),
             flag: value.as_ref().map_or_else(String::new, Setting::flag),
             error,
-            noise,
-            total,
+            noise: noise.rms(),
+            total: if noise_counts { error.rms().max(noise.rms()) } else { error.rms().hypot(noise.rms()) },
             spp: shots.spp,
             cpu_s: shots.took.cpu_s,
             wall_s: shots.took.wall_s,
@@ -224,37 +203,36 @@ impl<'a> Bench<'a> {
             bytes: shots.bytes,
             pareto: false,
             value,
-        }
+        })
     }
 
-    /// Difference from the reference. Where noise counts, each picture alone stands against both references, whose noise
-    /// is all that is taken off; the mean of both is their error.
-    fn error(&self, shots: &Shots, knob: Option<Knob>) -> Option<Difference> {
-        let noise_counts = knob.is_some_and(Knob::has_noise);
-        let [a1, a2] = &shots.pictures[..] else { return None };
-        let (reference, variance) = match self.external {
-            Some(external) => ([&external.pixels, &external.pixels], external.variance),
-            None => {
-                let other = match knob {
-                    Some(Knob::Spp) => &self.long,
-                    Some(Knob::Target) => &self.sharp,
-                    _ => &None,
-                };
-                let shots = other.as_ref().unwrap_or(&self.base);
-                ([shots.pictures.first()?, shots.pictures.get(1)?], 0.0)
+    /// Difference from the reference, `None` where that is black. The noise of samples and targets is known from their own two
+    /// pictures, whatever the reference's: it is added to what the settings do, which samples alone do nothing to.
+    fn error(&self, value: &Setting, shots: &Shots, noise: Noise) -> Result<Option<Difference>, PrepareError> {
+        let from_reference = || self.from_reference(&shots.pictures);
+        Ok(match (value, self.external) {
+            (Setting::Spp(_) | Setting::Target(_), Some(external)) => match &shots.pictures[..] {
+                [a1, a2] => Difference::with_noise_from([a1, a2], &external.pixels, external.variance),
+                _ => None,
+            },
+            (Setting::Spp(_), None) => {
+                from_reference().map(|all| Difference { square: 0.0, square_error: 0.0, ..all }.with(noise))
             }
-        };
-        let both = Difference::of([a1, a2], reference, variance)?;
-        if !noise_counts {
-            return Some(both);
-        }
-        let each = [a1, a2].map(|a| Difference::of([a, a], reference, variance));
-        let [Some(first), Some(second)] = each else { return None };
-        Some(Difference {
-            square: 0.5 * (first.square + second.square),
-            square_error: 0.5 * first.square_error.hypot(second.square_error),
-            ..both
+            (Setting::Target(target), None) => {
+                let alike = self.shoot_as_the_reference(&knobs::asked(self.trial, *target))?;
+                self.from_reference(&alike.pictures).map(|own| own.with(noise))
+            }
+            _ => from_reference(),
         })
+    }
+
+    /// Difference of two pictures from the reference, without noise.
+    fn from_reference(&self, pictures: &[Pixels]) -> Option<Difference> {
+        let ([a1, a2], [b1, b2]) = (pictures, &self.base.pictures[..]) else { return None };
+        match self.external {
+            Some(external) => Difference::of([a1, a2], [&external.pixels; 2], external.variance),
+            None => Difference::of([a1, a2], [b1, b2], 0.0),
+        }
     }
 }
 
