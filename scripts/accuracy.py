@@ -2,7 +2,8 @@
 """Makes the tables of docs/accuracy.md: what the plan leaves out, and whether the accuracy asked for is the accuracy got.
 
     python3 scripts/accuracy.py target/release/mie-cloud [--only TEXT] [--target 0.05] [--targets 0.1,0.02,0.005]
-                                [--limit 60] [--seeds 4] [--settings-spp 128] [--skip-plans] [--skip-targets]
+                                [--limit 60] [--seeds 4] [--settings-spp 128] [--reference PICTURE]
+                                [--skip-plans] [--skip-targets]
 
 Needs nothing but Python. Scenes are those of scenes/ with --set, clouds from `mie-cloud generate`, and two that are written here.
 A row that is predicted to take more than --limit processor seconds is not measured; the prediction is printed instead.
@@ -186,6 +187,7 @@ def target_rows(program: Program, name: str, scene: Path, flags: list, args) -> 
             yield f"| {name} | {100 * target:g} % | not measured | | | | | {predicted:.0f} predicted | |"
             continue
         bench = [*common, "--spp", args.settings_spp, "--knobs", "target", "--targets", text]
+        bench += ["--reference", str(args.reference)] if args.reference else []
         rows = [program.bench("accuracy", *bench, "--seed", str(10 * seed))["rows"][-1] for seed in range(args.seeds)]
         pilot = row = rows[0]
         error = mean_difference([row["error"] for row in rows])
@@ -230,6 +232,7 @@ def main() -> None:
     parser.add_argument("--resolution", default="64x36", help="pictures of the first table")
     parser.add_argument("--small", default="64x36", help="pictures of the second table")
     parser.add_argument("--settings-spp", default="128", help="samples with which the second table compares settings")
+    parser.add_argument("--reference", type=Path, help="a picture by --noise --aov stderr, for --only where settings cannot be told by samples")
     parser.add_argument("--only", default="")
     parser.add_argument("--target", default="0.05")
     parser.add_argument("--targets", default="0.1,0.02,0.005", help="from coarse to fine")
