@@ -209,25 +209,25 @@ impl<'a> Bench<'a> {
     /// Difference from the reference, `None` where that is black. The noise of samples and targets is known from their own two
     /// pictures, whatever the reference's: it is added to what the settings do, which samples alone do nothing to.
     fn error(&self, value: &Setting, shots: &Shots, noise: Noise) -> Result<Option<Difference>, PrepareError> {
-        let from_reference = || self.from_reference(&shots.pictures);
+        let own = || self.difference(&shots.pictures);
         Ok(match (value, self.external) {
             (Setting::Spp(_) | Setting::Target(_), Some(external)) => match &shots.pictures[..] {
                 [a1, a2] => Difference::with_noise_from([a1, a2], &external.pixels, external.variance),
                 _ => None,
             },
             (Setting::Spp(_), None) => {
-                from_reference().map(|all| Difference { square: 0.0, square_error: 0.0, ..all }.with(noise))
+                own().map(|all| Difference { square: 0.0, square_error: 0.0, ..all }.with(noise))
             }
             (Setting::Target(target), None) => {
                 let alike = self.shoot_as_the_reference(&knobs::asked(self.trial, *target))?;
-                self.from_reference(&alike.pictures).map(|own| own.with(noise))
+                self.difference(&alike.pictures).map(|own| own.with(noise))
             }
-            _ => from_reference(),
+            _ => own(),
         })
     }
 
-    /// Difference of two pictures from the reference, without noise.
-    fn from_reference(&self, pictures: &[Pixels]) -> Option<Difference> {
+    /// What two pictures differ by from the reference, without noise.
+    fn difference(&self, pictures: &[Pixels]) -> Option<Difference> {
         let ([a1, a2], [b1, b2]) = (pictures, &self.base.pictures[..]) else { return None };
         match self.external {
             Some(external) => Difference::of([a1, a2], [&external.pixels; 2], external.variance),
